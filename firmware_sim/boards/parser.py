@@ -1,0 +1,82 @@
+"""Takes received frames apart: commands, virtual torques, discovery (can-protocol 1, 2, 6 and 8)."""
+
+from firmware_sim.boards import commands, settings
+from firmware_sim.boards.axis_state import Axis
+from firmware_sim.boards.node import LABEL_PIECES, TORQUE_WATCHDOG_MS, Node, TorqueSensor
+from firmware_sim.boards.settings import Handler
+from hal.wire import management, motor
+from hal.wire.analog import FORCE, TORQUE
+from hal.wire.can import EVERYBODY, Frame, low_of, source_of
+from hal.wire.message import CODE_MASK, AxisCommand
+
+_TORQUE_ROWS = {FORCE.type: FORCE, TORQUE.type: TORQUE}  # channels 0..2 and 3..5
+_FIRST_TORQUE_TYPE = FORCE.type
+_COMMANDS: dict[int, tuple[AxisCommand, Handler]] = {
+    code: (motor.COMMANDS[code], handler)
+    for code, handler in (*commands.HANDLERS.items(), *settings.handlers())
+}
+
+
+def command(axis: Axis, data: bytes, requester: int, sent: list[Frame]) -> bool:
+    """Act on a class 0 payload for `axis`; replies go to `sent`.
+
+    Returns False for an unknown command, after which the board leaves its queue for this millisecond.
+    """
+    known = _COMMANDS.get(data[0] & CODE_MASK)
+    if known is None:
+        axis.node.dropped["unknown"] += 1
+        return False
+    row, handler = known
+    request = row.parse_request(data)
+    if request is None:
+        axis.node.dropped["length"] += 1
+        return True
+    reply = handler(axis, request)
+    if reply is not None:
+        can_id, payload = row.reply(axis.pair.address, axis.index, *reply)
+        sent.append((can_id | requester, payload))
+    return True
+
+
+def send_label(axis: Axis, requester: int, sent: list[Frame]) -> None:
+    """The board's label in eight replies."""
+    for index in range(LABEL_PIECES):
+        values = axis.node.label_piece(index)
+        can_id, payload = motor.GET_ADDITIONAL_INFO.reply(axis.pair.address, axis.index, *values)
+        sent.append((can_id | requester, payload))
+
+
+def virtual_torque(sensor: TorqueSensor, node: Node, can_id: int, data: bytes) -> None:
+    """Take in a class 3 frame of a sensor that an axis listens to; it re-arms the watchdog."""
+    kind = can_id & 0xF
+    row = _TORQUE_ROWS.get(kind)
+    if row is None:
+        node.printer.say("unknown strain msg")
+        return
+    words = row.parse(data)
+    if words is None:
+        node.dropped["length"] += 1
+        return
+    sensor.words[kind - _FIRST_TORQUE_TYPE] = words
+    sensor.watchdog_ms = TORQUE_WATCHDOG_MS
+
+
+def is_discovery(address: int, can_id: int, data: bytes) -> bool:
+    """True for the class 7 question that switches a running board off."""
+    return low_of(can_id) in (address, EVERYBODY) and data[:1] == b"\xff"
+
+
+def manage(node: Node, can_id: int, data: bytes, board_type: int, build: int) -> list[Frame]:
+    """Answers to a class 7 frame. The boot loader is not emulated."""
+    if low_of(can_id) not in (node.address, EVERYBODY) or source_of(can_id) or not data:
+        return []
+    code = data[0]
+    if code == management.DISCOVER.code:
+        return [management.DISCOVER.reply(node.address, board_type, *node.version, build)]
+    if code == management.GET_ADDITIONAL_INFO.code:
+        return [
+            management.GET_ADDITIONAL_INFO.reply(node.address, *node.label_piece(index))
+            for index in range(LABEL_PIECES)
+        ]
+    node.dropped["management"] += 1
+    return []

@@ -1,0 +1,86 @@
+"""What the emulated robot is made of: boards, axes with motors, sensors, and plant errors.
+
+Plain values handed in by whoever builds a rig; firmware_sim reads no file.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MotorSpec:
+    """A brushed drive: motor side values and the gear, as in the robot file's [motors.*]."""
+
+    supply_v: float
+    torque_constant_nm_a: float
+    resistance_ohm: float
+    gear: float
+    rotor_inertia_kg_m2: float
+    coulomb_nm: float  # joint side
+    viscous_nms_rad: float  # joint side
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AxisSpec:
+    """One motor axis: where it is wired and what it turns."""
+
+    bus: int
+    address: int
+    axis: int
+    joint: str | None  # URDF joint; None for an axis that drives nothing in this plant
+    motor: MotorSpec | None
+    pwm_polarity: int = 1  # +1 when positive PWM turns the joint in its positive sense
+    ticks_per_deg: float = 0.0
+    zero_deg: float = 0.0
+    absolute_offset: int | None = (
+        None  # ticks; the encoder's true zero crossing, None = incremental
+    )
+    hard_stop_deg: tuple[float, float] = (-1e9, 1e9)
+    limit_deg: tuple[float, float] = (-1e9, 1e9)  # the limits that `limit_violations` is counted on
+    start_deg: float = 0.0  # posture at power-up
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class BoardSpec:
+    """One emulated board."""
+
+    bus: int
+    address: int
+    type: str  # bll_ie, dc4, strain
+    firmware: tuple[int, int]  # as on the wire: 2.57 is (0x02, 0x57)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SensorSpec:
+    """One emulated FT sensor: the URDF frame it sits at and the STRAIN board that reads it."""
+
+    name: str
+    frame: str
+    bus: int
+    address: int
+    full_scale: tuple[float, float, float, float, float, float]  # N, N, N, Nm, Nm, Nm
+    noise: tuple[float, float] = (0.05, 0.002)  # standard deviation, N and Nm
+    offset: tuple[float, float] = (2.0, 0.1)  # bound of the constant error drawn from the seed
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PlantSpec:
+    """The physics behind the boards.
+
+    Its inertias are drawn around the model's, never equal to them.
+    """
+
+    urdf: str  # path
+    tip_frame: str
+    seed: int
+    mass_error: float = 0.05  # relative bound of each body's mass
+    com_error_m: float = 0.005  # distance that each centre of mass is moved
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RigSpec:
+    """Boards, axes, sensors and physics of one emulated robot."""
+
+    boards: tuple[BoardSpec, ...]
+    axes: tuple[AxisSpec, ...]
+    sensors: tuple[SensorSpec, ...]
+    plant: PlantSpec

@@ -1,0 +1,117 @@
+"""Boards on their buses: who takes which frame, and every board's millisecond.
+
+A frame reaches every other board of its bus whose hardware filter lets it in, in the millisecond
+after it was sent.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from firmware_sim.boards.axis_state import Axis
+from firmware_sim.boards.board import Board
+from firmware_sim.description import AxisSpec, BoardSpec, SensorSpec
+from firmware_sim.registry import make_board
+from hal.wire.can import Frame, Received
+
+Receiver = Callable[[int, bytes], None]
+Routes = dict[int, tuple[Receiver, ...]]
+
+MAX_ID = 0x7FF
+NO_ROUTES: Routes = {}  # of a bus without boards
+AXES_PER_ADDRESS = 2
+
+
+class RigError(ValueError):
+    """The description does not fit together, or the rig was asked for what it has not got."""
+
+
+class Network:
+    """All boards of a robot on their buses."""
+
+    def __init__(self, specs: Sequence[BoardSpec], sensors: Sequence[SensorSpec]) -> None:
+        self._boards: dict[tuple[int, int], Board] = {}
+        self._types: dict[tuple[int, int], str] = {}
+        self._buses: dict[int, list[Board]] = {}
+        scales = {(sensor.bus, sensor.address): sensor.full_scale for sensor in sensors}
+        for spec in specs:
+            self._place(spec, make_board(spec, scales.get((spec.bus, spec.address))))
+        self._routes = {bus: _routes(boards) for bus, boards in self._buses.items()}
+        self._ticking = [
+            (bus, board.tick, _routes(other for other in boards if other is not board))
+            for bus, boards in self._buses.items()
+            for board in boards
+        ]
+        self._between: list[tuple[Receiver, int, bytes]] = []
+
+    def deliver(self, received: Mapping[int, Sequence[Received]]) -> None:
+        """Hand to the boards what arrived on each bus and what boards sent each other."""
+        for receiver, can_id, data in self._between:
+            receiver(can_id, data)
+        self._between.clear()
+        for bus, frames in received.items():
+            routes = self._routes.get(bus, NO_ROUTES)
+            for can_id, data, _ in frames:
+                for receiver in routes.get(can_id, ()):
+                    receiver(can_id, data)
+
+    def tick(self) -> dict[int, list[Frame]]:
+        """Run one millisecond of every board; frames sent, by bus."""
+        sent: dict[int, list[Frame]] = {bus: [] for bus in self._buses}
+        for bus, tick, others in self._ticking:
+            frames = tick()
+            if frames:
+                sent[bus] += frames
+                for can_id, data in frames:
+                    for receiver in others.get(can_id, ()):
+                        self._between.append((receiver, can_id, data))
+        return sent
+
+    def board(self, bus: int, address: int) -> Board:
+        """The board that owns an address.
+
+        Raises:
+            RigError: there is none.
+        """
+        board = self._boards.get((bus, address))
+        if board is None:
+            known = ", ".join(f"bus {b} address {a}" for b, a in sorted(self._boards))
+            raise RigError(f"no board at bus {bus} address {address}; boards: {known}")
+        return board
+
+    def axis(self, spec: AxisSpec) -> Axis:
+        """The axis that a description wires.
+
+        Raises:
+            RigError: the board has no such axis.
+        """
+        board = self.board(spec.bus, spec.address)
+        index = board.addresses.index(spec.address) * AXES_PER_ADDRESS + spec.axis
+        if index >= len(board.axes):
+            raise RigError(f"bus {spec.bus} address {spec.address} has no axis {spec.axis}")
+        return board.axes[index]
+
+    def board_type(self, spec: AxisSpec) -> str:
+        """Type name of the board behind an axis."""
+        return self._types[spec.bus, spec.address]
+
+    def axes(self) -> list[Axis]:
+        """Every axis of every board."""
+        return [axis for boards in self._buses.values() for board in boards for axis in board.axes]
+
+    def _place(self, spec: BoardSpec, board: Board) -> None:
+        for address in board.addresses:
+            if (spec.bus, address) in self._boards:
+                raise RigError(f"two boards claim bus {spec.bus} address {address}")
+            self._boards[spec.bus, address] = board
+            self._types[spec.bus, address] = spec.type
+        self._buses.setdefault(spec.bus, []).append(board)
+
+
+def _routes(boards: Iterable[Board]) -> Routes:
+    """Who takes a frame, by identifier; identifiers that nobody takes are left out."""
+    kept = list(boards)
+    routes: Routes = {}
+    for can_id in range(MAX_ID + 1):
+        receivers = tuple(board.on_frame for board in kept if board.accepts(can_id))
+        if receivers:
+            routes[can_id] = receivers
+    return routes

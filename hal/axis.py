@@ -1,0 +1,192 @@
+"""One motor axis as the host knows it: its state, read from frames, and the commands it takes."""
+
+from collections import deque
+from collections.abc import Callable
+
+from hal.description import Joint
+from hal.line import Line
+from hal.readings import JointReadings
+from hal.units import AxisUnits
+from hal.wire.message import AxisCommand
+from hal.wire.modes import ControlMode, InteractionMode
+from hal.wire.motor import SET_IMPEDANCE_OFFSET
+
+WINDOW = 7  # POSITION frames behind a velocity estimate: about 30 ms, as on BLL boards
+WINDOW_COUNT = 1 / 29  # ticks/ms that the window resolves; coarser VELOCITY frames are not used
+
+POWERED = frozenset(
+    {
+        ControlMode.POSITION,
+        ControlMode.VELOCITY,
+        ControlMode.TORQUE,
+        ControlMode.IMPEDANCE_POSITION,
+        ControlMode.IMPEDANCE_VELOCITY,
+        ControlMode.MIXED,
+        ControlMode.DIRECT,
+        ControlMode.OPENLOOP,
+        ControlMode.CALIBRATION,
+    }
+)
+
+
+class Axis:
+    """State of one axis; `index` is its place in the robot description.
+
+    `mode` and `interaction` are what the board last reported, NO_REQUEST and UNKNOWN before. While
+    `switching` the board is about to clear its references, so no set-point goes out.
+    """
+
+    __slots__ = (
+        "_readings",
+        "_uses_velocity_frames",
+        "_velocity_rad_s",
+        "_window",
+        "address",
+        "fault_bits",
+        "heard_ns",
+        "index",
+        "interaction",
+        "joint",
+        "line",
+        "mode",
+        "number",
+        "offset_counts",
+        "on_change",
+        "replies",
+        "switching",
+        "ticks",
+        "units",
+        "wanted_mode",
+    )
+
+    def __init__(
+        self,
+        index: int,
+        joint: Joint,
+        line: Line,
+        readings: JointReadings,
+        velocity_shift: int,
+        velocity_count: float | None,
+    ) -> None:
+        """`velocity_count`: ticks/ms of a VELOCITY frame's count, None when none is broadcast."""
+        self.index = index
+        self.joint = joint
+        self.line = line
+        self.address = joint.address
+        self.number = joint.axis
+        self.units = AxisUnits(joint, velocity_shift)
+        self.ticks = 0
+        self.heard_ns = 0
+        self.mode: int = ControlMode.NO_REQUEST
+        self.wanted_mode: int = ControlMode.NO_REQUEST
+        self.interaction: int = InteractionMode.UNKNOWN
+        self.fault_bits = 0
+        self.switching = False
+        self.offset_counts = 0
+        self.replies: dict[int, tuple[int, ...]] = {}
+        self.on_change: Callable[[], None] = _nothing
+        self._readings = readings
+        count = velocity_count or 0.0
+        self._velocity_rad_s = 1000.0 * self.units.rad_per_tick * count
+        self._uses_velocity_frames = 0.0 < count <= WINDOW_COUNT
+        self._window: deque[tuple[int, int]] = deque(maxlen=WINDOW)
+
+    @property
+    def name(self) -> str:
+        """The joint's name."""
+        return self.joint.name
+
+    @property
+    def is_powered(self) -> bool:
+        """Whether the bridge is on, as far as the board has said."""
+        return self.mode in POWERED
+
+    @property
+    def is_compliant(self) -> bool:
+        """Whether the board runs the axis as a spring."""
+        return self.interaction == InteractionMode.COMPLIANT
+
+    @property
+    def can_be_compliant(self) -> bool:
+        """Whether the description has everything that compliant mode needs."""
+        joint = self.joint
+        return None not in (joint.torque_source, joint.impedance, joint.torque_pid)
+
+    @property
+    def is_calibrated(self) -> bool:
+        """Whether the board has said so."""
+        return self._readings.calibrated[self.index]
+
+    def set_calibrated(self, calibrated: bool) -> None:
+        """Note what the board says."""
+        self._readings.calibrated[self.index] = calibrated
+
+    def set_moving(self, moving: bool) -> None:
+        """Note that a movement of the board's own begins or ends."""
+        self._readings.moving[self.index] = moving
+
+    @property
+    def fault_text(self) -> str:
+        """Why the axis does not run, empty when nothing is wrong."""
+        return self._readings.fault[self.index]
+
+    def set_fault_text(self, text: str) -> None:
+        """Note why the axis does not run, empty when nothing is wrong."""
+        self._readings.fault[self.index] = text
+
+    def on_position(self, ticks: int, stamp_ns: int) -> None:
+        """A POSITION frame: ticks after the board's own decoupling."""
+        self.ticks = ticks
+        self.heard_ns = stamp_ns
+        units, readings, index = self.units, self._readings, self.index
+        readings.q_rad[index] = ticks * units.rad_per_tick - units.zero_rad
+        readings.heard_ns[index] = stamp_ns
+        if not self._uses_velocity_frames:
+            window = self._window
+            window.append((ticks, stamp_ns))
+            first_ticks, first_ns = window[0]
+            if stamp_ns > first_ns:
+                rate = (ticks - first_ticks) * 1e9 / (stamp_ns - first_ns)
+                readings.dq_rad_s[index] = rate * units.rad_per_tick
+
+    def on_velocity(self, counts: int) -> None:
+        """A VELOCITY frame."""
+        if self._uses_velocity_frames:
+            self._readings.dq_rad_s[self.index] = counts * self._velocity_rad_s
+
+    def on_mode(self, mode: int) -> None:
+        """The board reports its control mode."""
+        if mode != self.mode:
+            self.mode = mode
+            self._readings.control_mode[self.index] = mode
+            self.on_change()
+
+    def on_interaction(self, interaction: int) -> None:
+        """The board reports its interaction mode."""
+        if interaction != self.interaction:
+            self.interaction = interaction
+            self._readings.compliant[self.index] = interaction == InteractionMode.COMPLIANT
+            self.on_change()
+
+    def command(self, row: AxisCommand, *values: int) -> None:
+        """Queue a command, one per address and millisecond."""
+        self.line.command(self.address, row.request(self.address, self.number, *values))
+
+    def send(self, row: AxisCommand, *values: int) -> None:
+        """Send a command with this step."""
+        self.line.send(self.address, row.request(self.address, self.number, *values))
+
+    def switch(self, row: AxisCommand, value: int) -> None:
+        """Queue a mode or interaction switch with the impedance offset directly behind it.
+
+        A switch clears the offset, and a limb without it sags by 1 mm in 10 ms.
+        """
+        frames = [row.request(self.address, self.number, value)]
+        if self.can_be_compliant:
+            offset = SET_IMPEDANCE_OFFSET.request(self.address, self.number, self.offset_counts)
+            frames.append(offset)
+        self.line.command(self.address, *frames)
+
+
+def _nothing() -> None:
+    """What happens on a change before anyone is interested."""

@@ -1,0 +1,16 @@
+"""Host side of the BLL_IE board: two brushless axes behind one address."""
+
+from hal.boards.motor import MotorBoard
+from hal.wire.management import BoardType
+
+
+class BllIe(MotorBoard):
+    """Position each 4 ms; speeds in ticks/ms * 2^shift."""
+
+    type_code = BoardType.BLL
+    addresses = 1
+
+    @classmethod
+    def velocity_count(cls, speed_estimate_shift: int) -> float:
+        """One count in ticks/ms."""
+        return 1.0 / (1 << speed_estimate_shift)

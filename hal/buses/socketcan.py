@@ -1,0 +1,205 @@
+"""CAN through the Linux kernel: a real interface (can0) or a virtual one (vcan0)."""
+
+import errno
+import fcntl
+import select
+import socket
+import struct
+from collections import deque
+from collections.abc import Iterable, Sequence
+
+from can.typechecking import CanFilters
+
+from hal.buses.bus import Clock, TupleBus
+from hal.errors import BusError
+from hal.wire.can import Frame, Received
+
+FRAME = struct.Struct("=IB3x8s")  # struct can_frame
+DROP_COUNT = struct.Struct("=I")
+RECEIVE_BUFFER_BYTES = 4 << 20  # the default holds some 256 frames and then drops without a word
+BACKLOG_LIMIT = 256  # frames kept while the interface's queue is full: 30 ms of a 1 Mbit/s bus
+
+# Numbers of the kernel's headers that Python's socket module lacks.
+SO_RXQ_OVFL = 40
+SO_RCVBUFFORCE = 33
+CAN_RAW_ERR_FILTER = 2
+SIOCGIFFLAGS = 0x8913
+IFF_UP = 0x1
+CAN_ERR_BUSOFF = 0x40
+CAN_ERR_RESTARTED = 0x100
+
+FLAGS = socket.CAN_EFF_FLAG | socket.CAN_RTR_FLAG | socket.CAN_ERR_FLAG
+GONE = (errno.ENETDOWN, errno.ENODEV, errno.ENXIO, errno.EBADF)
+
+
+def interfaces_up(names: Iterable[str]) -> bool:
+    """Whether the kernel knows SocketCAN and all these interfaces exist and are up."""
+    if not hasattr(socket, "AF_CAN"):
+        return False
+    try:
+        probe = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+    except OSError:
+        return False
+    with probe:
+        return all(_is_up(probe, name) for name in names)
+
+
+class SocketCanBus(TupleBus):
+    """One node's access to a SocketCAN interface. Frames that it sends do not come back to it."""
+
+    def __init__(self, channel: str, clock: Clock, can_filters: CanFilters | None = None) -> None:
+        """Open an interface.
+
+        Raises:
+            BusError: the kernel has no SocketCAN, or the interface is missing or down.
+        """
+        self._now_ns = clock.now_ns
+        self._lost = 0
+        self._dropped_by_kernel = 0
+        self._down = False
+        self._bus_off = False
+        self._backlog: deque[Frame] = deque()
+        self._socket = _open(channel)
+        super().__init__(channel, can_filters)
+
+    @property
+    def frames_lost(self) -> int:
+        """Dropped by the kernel before we read them, or not sent while the interface was off."""
+        return self._lost
+
+    def is_off(self) -> bool:
+        """Interface down, or the controller in bus-off."""
+        if self._down:
+            self._down = not _is_up(self._socket, self.channel)
+        return self._down or self._bus_off
+
+    def send_frames(self, frames: Sequence[Frame]) -> None:
+        """See FrameBus. Where the interface's queue is full, the rest goes with the next call."""
+        backlog = self._backlog
+        backlog.extend(frames)
+        send = self._socket.send
+        try:
+            while backlog:
+                can_id, data = backlog[0]
+                send(FRAME.pack(can_id, len(data), data))
+                backlog.popleft()
+        except OSError as error:
+            self._failed(error)
+        keep = 0 if self._down or self._bus_off else BACKLOG_LIMIT
+        while len(backlog) > keep:
+            backlog.popleft()
+            self._lost += 1
+
+    def receive_frames(self) -> list[Received]:
+        """See FrameBus; the stamp is the instant of this call."""
+        frames: list[Received] = []
+        receive = self._socket.recv
+        unpack = FRAME.unpack
+        now_ns = self._now_ns()
+        try:
+            raw = self._receive_with_drop_count()
+            while True:
+                can_id, length, data = unpack(raw)
+                if can_id & FLAGS:
+                    self._note_error_frame(can_id)
+                else:
+                    frames.append((can_id, data[:length], now_ns))
+                raw = receive(FRAME.size)
+        except OSError as error:
+            self._failed(error)
+        return frames
+
+    def fileno(self) -> int:
+        """For select()."""
+        return self._socket.fileno()
+
+    def shutdown(self) -> None:
+        """Close the socket."""
+        super().shutdown()
+        self._socket.close()
+
+    def _wait(self, timeout_s: float | None) -> None:
+        select.select([self._socket], [], [], timeout_s)
+
+    def _receive_with_drop_count(self) -> bytes:
+        """One frame; the kernel tells beside it how many it has dropped since the start."""
+        raw, ancillary, _, _ = self._socket.recvmsg(FRAME.size, socket.CMSG_SPACE(DROP_COUNT.size))
+        for level, kind, value in ancillary:
+            if level == socket.SOL_SOCKET and kind == SO_RXQ_OVFL:
+                (dropped,) = DROP_COUNT.unpack(value)
+                self._lost += (dropped - self._dropped_by_kernel) & 0xFFFF_FFFF
+                self._dropped_by_kernel = dropped
+        return raw
+
+    def _failed(self, error: OSError) -> None:
+        """Tell "nothing to do now" from "the bus is gone"."""
+        if error.errno in GONE:
+            self._down = True
+        elif error.errno not in (errno.EAGAIN, errno.ENOBUFS):
+            raise BusError(f"{self.channel}: {error.strerror}") from error
+
+    def _note_error_frame(self, can_id: int) -> None:
+        if can_id & socket.CAN_ERR_FLAG:
+            if can_id & CAN_ERR_BUSOFF:
+                self._bus_off = True
+            elif can_id & CAN_ERR_RESTARTED:
+                self._bus_off = False
+
+    def _apply_filters(self, filters: CanFilters | None) -> None:
+        """The kernel filters; 11-bit data frames only."""
+        wanted = filters or ({"can_id": 0, "can_mask": 0},)
+        flags = socket.CAN_EFF_FLAG | socket.CAN_RTR_FLAG
+        packed = b"".join(
+            struct.pack("=II", entry["can_id"], entry["can_mask"] | flags)
+            for entry in wanted
+            if not entry.get("extended")
+        )
+        self._socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, packed)
+
+
+def _open(channel: str) -> socket.socket:
+    """A bound, non-blocking raw socket."""
+    try:
+        opened = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
+    except (AttributeError, OSError) as error:
+        raise BusError(
+            f"{channel}: this kernel has no SocketCAN; use --can zenoh, or a kernel that has it"
+        ) from error
+    try:
+        opened.bind((channel,))
+        if not _is_up(opened, channel):
+            raise BusError(
+                f"{channel}: the interface is down; bring it up with: ulna can up, "
+                f"or: ip link set {channel} up"
+            )
+        _configure(opened)
+    except OSError as error:
+        opened.close()
+        raise BusError(
+            f"{channel}: {error.strerror}; make the interface with: ulna can up, or use --can zenoh"
+        ) from error
+    except BusError:
+        opened.close()
+        raise
+    return opened
+
+
+def _configure(opened: socket.socket) -> None:
+    opened.setblocking(False)
+    try:  # beyond the system's limit, where we may
+        opened.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, RECEIVE_BUFFER_BYTES)
+    except PermissionError:
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+    opened.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
+    errors = CAN_ERR_BUSOFF | CAN_ERR_RESTARTED
+    opened.setsockopt(socket.SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors)
+
+
+def _is_up(probe: socket.socket, name: str) -> bool:
+    request = struct.pack("16sH14x", name.encode(), 0)
+    try:
+        answer = fcntl.ioctl(probe.fileno(), SIOCGIFFLAGS, request)
+    except OSError:
+        return False
+    (flags,) = struct.unpack_from("H", answer, 16)
+    return bool(flags & IFF_UP)

@@ -1,0 +1,56 @@
+"""What went wrong, as text with its evidence; counts of what was dropped, refused or clamped."""
+
+import logging
+from collections import deque
+from typing import NamedTuple
+
+logger = logging.getLogger(__name__)
+
+REPEAT_NS = 1_000_000_000  # one report per second and cause
+KEPT = 16
+
+
+class Fault(NamedTuple):
+    """One report; `frames` are the last frames of the board concerned, decoded, oldest first."""
+
+    stamp_ns: int
+    text: str
+    frames: tuple[str, ...] = ()
+
+
+class FaultLog:
+    """Reports of one robot, newest last, and counts by cause.
+
+    A cause that repeats is reported once a second; `count` counts reports.
+    """
+
+    def __init__(self) -> None:
+        self.events: deque[Fault] = deque(maxlen=KEPT)
+        self.count = 0
+        self.drops: dict[str, int] = {}
+        self.refusals: dict[str, int] = {}
+        self.clamps: dict[str, int] = {}
+        self._last_ns: dict[str, int] = {}
+
+    def report(self, now_ns: int, text: str, cause: str = "", frames: tuple[str, ...] = ()) -> None:
+        """Add a fault; with a `cause`, at most one per second of that cause."""
+        if cause:
+            last_ns = self._last_ns.get(cause)
+            if last_ns is not None and now_ns - last_ns < REPEAT_NS:
+                return
+            self._last_ns[cause] = now_ns
+        self.count += 1
+        self.events.append(Fault(now_ns, text, frames))
+        logger.warning("%s%s", text, "".join(f"\n    {frame}" for frame in frames))
+
+    def drop(self, cause: str) -> None:
+        """Count a received frame that could not be used."""
+        self.drops[cause] = self.drops.get(cause, 0) + 1
+
+    def refuse(self, cause: str) -> None:
+        """Count a command that was not carried out."""
+        self.refusals[cause] = self.refusals.get(cause, 0) + 1
+
+    def clamp(self, cause: str) -> None:
+        """Count a set-point that was sent, but not as given."""
+        self.clamps[cause] = self.clamps.get(cause, 0) + 1

@@ -1,0 +1,133 @@
+"""A robot description turned into lines, boards, axes and sensors, wired together."""
+
+from collections.abc import Mapping
+
+from hal.axis import Axis
+from hal.boards.board import HostBoard, Parts
+from hal.boards.strain import Strain
+from hal.buses.bus import FrameBus
+from hal.description import Board, Joint, RobotDescription
+from hal.errors import DescriptionError
+from hal.faults import FaultLog
+from hal.line import Line
+from hal.readings import JointReadings
+from hal.registry import board_type
+from hal.torques import VirtualSensor
+from hal.wire.motor_periodic import VELOCITY
+
+
+class Machine:
+    """Everything that the parts of the HAL share; it does nothing by itself."""
+
+    def __init__(self, description: RobotDescription, buses: Mapping[int, FrameBus]) -> None:
+        """`buses` by bus number.
+
+        Raises:
+            DescriptionError: a bus is missing, a board type is unknown, or a joint has no board.
+        """
+        self.description = description
+        self.faults = FaultLog()
+        self.readings = JointReadings(tuple(joint.name for joint in description.joints))
+        self.now_ns = 0
+        for board in description.boards:
+            if board.bus not in buses:
+                open_buses = ", ".join(map(str, sorted(buses))) or "none"
+                raise DescriptionError(
+                    f"board {board.name}: bus {board.bus} is not open; open: {open_buses}"
+                )
+        used = sorted({board.bus for board in description.boards})
+        self.lines = {number: Line(number, buses[number], self.faults) for number in used}
+        owners = [_owner(description, joint) for joint in description.joints]
+        self.axes = tuple(
+            self._axis(i, joint, owners[i]) for i, joint in enumerate(description.joints)
+        )
+        self.boards = tuple(
+            self._board(board, tuple(a for a in self.axes if owners[a.index] is board))
+            for board in description.boards
+        )
+        self.sensors: dict[str, Strain] = {
+            board.name: board for board in self.boards if isinstance(board, Strain)
+        }
+        self.virtual_sensors = self._virtual_sensors()
+        for host_board in self.boards:
+            host_board.listen()
+
+    def _axis(self, index: int, joint: Joint, board: Board) -> Axis:
+        description = self.description
+        count: float | None = None
+        if board.broadcast[joint.address - board.address] & VELOCITY.mask_bit:
+            count = board_type(board.type).velocity_count(description.speed_estimate_shift)
+        line = self.lines[joint.bus]
+        return Axis(index, joint, line, self.readings, description.velocity_shift, count)
+
+    def _board(self, board: Board, axes: tuple[Axis, ...]) -> HostBoard:
+        places = [
+            s for s in self.description.sensors if (s.bus, s.address) == (board.bus, board.address)
+        ]
+        parts = Parts(
+            board=board,
+            line=self.lines[board.bus],
+            axes=axes,
+            faults=self.faults,
+            description=self.description,
+            sensor=places[0] if places else None,
+        )
+        return board_type(board.type)(parts)
+
+    def _virtual_sensors(self) -> tuple[VirtualSensor, ...]:
+        sources: dict[tuple[int, int], list[Axis]] = {}
+        for axis in self.axes:
+            if axis.joint.torque_source is not None:
+                key = (axis.joint.bus, axis.joint.torque_source.address)
+                sources.setdefault(key, []).append(axis)
+        return tuple(
+            VirtualSensor(self.lines[bus], address, axes, self.faults)
+            for (bus, address), axes in sources.items()
+        )
+
+    def torques_of(self, axis: Axis) -> VirtualSensor | None:
+        """The virtual sensor that an axis takes its torque from."""
+        for sensor in self.virtual_sensors:
+            if axis in sensor.axes:
+                return sensor
+        return None
+
+    def indices(self, names: tuple[str, ...]) -> tuple[int, ...]:
+        """Places of joints by name, all of them when no name is given.
+
+        Raises:
+            DescriptionError: unknown name; the known ones are listed.
+        """
+        known = self.readings.names
+        if not names:
+            return tuple(range(len(known)))
+        for name in names:
+            if name not in known:
+                raise DescriptionError(f"unknown joint {name!r}; known: {', '.join(known)}")
+        return tuple(known.index(name) for name in names)
+
+    def receive(self, now_ns: int) -> None:
+        """Take and decode what every bus has."""
+        self.now_ns = now_ns
+        for line in self.lines.values():
+            line.receive(now_ns)
+
+    def flush(self) -> None:
+        """Send what is due on every bus."""
+        for line in self.lines.values():
+            line.flush()
+
+
+def _owner(description: RobotDescription, joint: Joint) -> Board:
+    """The board that a joint's axis sits on.
+
+    Raises:
+        DescriptionError: there is none.
+    """
+    for board in description.boards:
+        covered = range(board.address, board.address + board_type(board.type).addresses)
+        if board.bus == joint.bus and joint.address in covered:
+            return board
+    raise DescriptionError(
+        f"joint {joint.name}: no board at bus {joint.bus}, address {joint.address}"
+    )

@@ -1,0 +1,112 @@
+"""Movements that the boards make by themselves: a minimum-jerk move, and bringing a limb down."""
+
+from collections.abc import Sequence as Values
+
+from hal.axis import Axis
+from hal.switching import switch_interaction, switch_mode
+from hal.tasks import Sequence, together
+from hal.units import move_duration_ns, move_speed_counts
+from hal.wire import motor
+from hal.wire.modes import ControlMode, InteractionMode
+
+PEAK_OVER_MEAN = 1.875  # speed of a minimum-jerk move
+STILL_NS = 100_000_000
+STILL_TICKS = 1
+SETTLE_NS = 2_000_000_000
+STIFF_ERROR_RAD = 0.035  # 2 deg: a move that ends farther off has been stopped by something
+COMPLIANT_ERROR_RAD = 0.09  # 5 deg: a spring sags
+
+STOP_NS = 3_000_000_000
+IDLE_RESERVE_NS = 400_000_000  # of STOP_NS, for switching off and for an axis that answers late
+
+
+def move_duration_s(axes: Values[Axis], q_rad: Values[float], duration_s: float) -> float:
+    """Duration of a move of several axes: as asked, longer where an axis would be too fast."""
+    longest_s = duration_s
+    for axis, target_rad in zip(axes, q_rad, strict=True):
+        units = axis.units
+        distance_rad = abs(units.limited_ticks(target_rad) - axis.ticks) * abs(units.rad_per_tick)
+        longest_s = max(longest_s, distance_rad * PEAK_OVER_MEAN / units.max_velocity_rad_s)
+    return longest_s
+
+
+def move(axes: Values[Axis], q_rad: Values[float], duration_s: float) -> Sequence:
+    """Move axes together; ends when all have settled."""
+    reason = yield from together(switch_mode(axis, ControlMode.POSITION) for axis in axes)
+    if reason:
+        return reason
+    together_s = move_duration_s(axes, q_rad, duration_s)
+    reason = yield from together(
+        _move_axis(axis, axis.units.limited_ticks(target_rad), together_s)
+        for axis, target_rad in zip(axes, q_rad, strict=True)
+    )
+    return reason
+
+
+def _move_axis(axis: Axis, target_ticks: int, duration_s: float) -> Sequence:
+    axis.set_moving(True)
+    try:
+        delta = target_ticks - axis.ticks
+        speed = move_speed_counts(delta, duration_s)
+        axis.command(motor.POSITION_MOVE, target_ticks, speed)
+        end_ns = axis.line.now_ns + move_duration_ns(delta, speed)
+        while axis.line.now_ns < end_ns:
+            yield
+            if axis.mode != ControlMode.POSITION:
+                return f"{axis.name} left position mode during the move"
+        yield from settled(axis)
+        error_rad = abs(target_ticks - axis.ticks) * abs(axis.units.rad_per_tick)
+        if error_rad > (COMPLIANT_ERROR_RAD if axis.is_compliant else STIFF_ERROR_RAD):
+            return f"{axis.name} stopped {error_rad:.3f} rad short of its target"
+    finally:
+        axis.set_moving(False)
+    return ""
+
+
+def settled(axis: Axis) -> Sequence:
+    """Wait until an axis stands still, 2 s at most; the caller looks where it is."""
+    line = axis.line
+    deadline_ns = line.now_ns + SETTLE_NS
+    ticks, since_ns = axis.ticks, line.now_ns
+    while line.now_ns < deadline_ns and line.now_ns - since_ns < STILL_NS:
+        yield
+        if abs(axis.ticks - ticks) > STILL_TICKS:
+            ticks, since_ns = axis.ticks, line.now_ns
+    return ""
+
+
+def stop(axes: Values[Axis], q_rad: Values[float]) -> Sequence:
+    """Stiff, position mode, move to `q_rad` (empty = stay), idle: 3 s whatever the boards do."""
+    if not axes:
+        return ""
+    deadline_ns = axes[0].line.now_ns + STOP_NS - IDLE_RESERVE_NS
+    running = [(i, axis) for i, axis in enumerate(axes) if axis.is_powered]
+    bringing_down = _bring_down(
+        [axis for _, axis in running], [q_rad[i] for i, _ in running] if q_rad else []
+    )
+    reason = ""
+    while axes[0].line.now_ns < deadline_ns:
+        try:
+            next(bringing_down)
+        except StopIteration as stopped:
+            reason = stopped.value
+            break
+        yield
+    else:
+        reason = "the limb was still moving when its time was up"
+    bringing_down.close()
+    idle_reason = yield from idle(axes)
+    return "; ".join(text for text in (reason, idle_reason) if text)
+
+
+def _bring_down(axes: Values[Axis], q_rad: Values[float]) -> Sequence:
+    stiff = yield from together(switch_interaction(axis, InteractionMode.STIFF) for axis in axes)
+    mode = yield from together(switch_mode(axis, ControlMode.POSITION) for axis in axes)
+    moved = (yield from move(axes, q_rad, 0.0)) if q_rad and not mode else ""
+    return "; ".join(text for text in (stiff, mode, moved) if text)
+
+
+def idle(axes: Values[Axis]) -> Sequence:
+    """Bridges off, also out of a hardware fault."""
+    reason = yield from together(switch_mode(axis, ControlMode.IDLE) for axis in axes)
+    return reason

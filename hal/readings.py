@@ -1,0 +1,82 @@
+"""What the HAL hands out: the joints as they are, force/torque samples, and its own status.
+
+SI units and radians, joints in the order of the robot description.
+"""
+
+import math
+
+import msgspec
+
+from hal.wire.modes import ControlMode
+
+Triple = tuple[float, float, float]
+
+
+class JointReadings:
+    """Latest state of every joint, one list per quantity; the HAL overwrites the entries in place.
+
+    `q_rad` is NaN before the first POSITION frame, `tau_nm` NaN before the first torque. `fault` is
+    the text of the axis's present fault, empty when there is none. `heard_ns` is the arrival of the
+    last POSITION frame.
+    """
+
+    __slots__ = (
+        "calibrated",
+        "compliant",
+        "control_mode",
+        "dq_rad_s",
+        "fault",
+        "heard_ns",
+        "moving",
+        "names",
+        "q_rad",
+        "tau_nm",
+    )
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        count = len(names)
+        self.names = names
+        self.q_rad = [math.nan] * count
+        self.dq_rad_s = [0.0] * count
+        self.tau_nm = [math.nan] * count
+        self.control_mode: list[int] = [ControlMode.IDLE] * count
+        self.compliant = [False] * count
+        self.calibrated = [False] * count
+        self.moving = [False] * count
+        self.fault = [""] * count
+        self.heard_ns = [0] * count
+
+
+class ForceTorqueSample(msgspec.Struct, frozen=True, gc=False):
+    """One pair of force and torque frames of a sensor, physical units, in the sensor's own frame.
+
+    A STRAIN board repeats the last good values while saturated, so a saturated sample is not a
+    fresh reading.
+    """
+
+    force_n: Triple
+    torque_nm: Triple
+    arrival_ns: int  # of the second frame, 0xB
+    saturated: bool = False
+    channels: tuple[int, ...] = ()  # while saturated: 0 ok, 1 low, 2 high, per channel
+
+
+class HalStatus(msgspec.Struct, frozen=True, kw_only=True):
+    """Phase, faults and counters. Field names are those of the RobotStatus message."""
+
+    phase: str  # opening | handshake | configuring | idle | calibrating | ready | stopping | failed
+    calibrated: bool
+    compliant: tuple[str, ...]
+    faults: tuple[str, ...]  # the last ones, newest last
+    fault_count: int
+    frames_received: int
+    frames_sent: int
+    frames_lost: int
+    frames_dropped: int
+    drops: tuple[tuple[str, int], ...]  # by cause
+    refused_commands: int
+    refusals: tuple[tuple[str, int], ...]  # by cause
+    clamped: tuple[tuple[str, int], ...]  # set-points that were sent, but not as given, by cause
+    torque_loop_ms: tuple[float, ...]  # samples since the previous status
+    foreign_frames: int
+    busy: bool

@@ -1,0 +1,52 @@
+"""Host sides of boards by type name, imported when first asked for.
+
+An out-of-tree board declares itself in its own pyproject: [project.entry-points."ulna.hal_boards"]
+x = "package.module:Class".
+"""
+
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Protocol
+
+from hal.boards.board import HostBoard, Parts
+from hal.errors import DescriptionError
+
+ENTRY_POINTS = "ulna.hal_boards"
+
+BOARDS = {
+    "bll_ie": "hal.boards.bll_ie:BllIe",
+    "dc4": "hal.boards.dc4:Dc4",
+    "strain": "hal.boards.strain:Strain",
+}
+
+
+class BoardType(Protocol):
+    """A class of the registry."""
+
+    addresses: int  # consecutive addresses that such a board owns
+
+    def __call__(self, parts: Parts) -> HostBoard:
+        """Make the host side of one board."""
+        ...
+
+    def velocity_count(self, speed_estimate_shift: int) -> float:
+        """What one count of a VELOCITY frame is, in ticks/ms."""
+        ...
+
+
+def board_type(name: str) -> BoardType:
+    """The class behind a type name.
+
+    Raises:
+        DescriptionError: unknown type; the known ones are listed.
+    """
+    target = BOARDS.get(name)
+    if target is None:
+        added = {entry.name: entry.value for entry in entry_points(group=ENTRY_POINTS)}
+        target = added.get(name)
+        if target is None:
+            known = ", ".join(sorted({*BOARDS, *added}))
+            raise DescriptionError(f"unknown board type {name!r}; known: {known}")
+    module, _, attribute = target.partition(":")
+    kind: BoardType = getattr(import_module(module), attribute)
+    return kind

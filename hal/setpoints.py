@@ -1,0 +1,175 @@
+"""Set-points of one axis on their way to its board: limits, speed limit, one frame per 10 ms.
+
+Position-direct references are clamped to the joint's limits and approached from the last one sent
+at the joint's maximal velocity, so that no caller can make an axis jump. Every change of mode
+forgets what was wanted before.
+"""
+
+from hal.axis import Axis
+from hal.boards.settings import impedance_setting
+from hal.faults import FaultLog
+from hal.torques import make_stiff
+from hal.wire import motor
+from hal.wire.modes import ControlMode
+
+CYCLE_NS = 10_000_000
+REPEAT_NS = 100_000_000  # an unchanged reference, in case a frame was lost
+TORQUE_AGE_NS = 100_000_000  # the boards have no time-out of their own in torque mode
+LOOK_AHEAD_S = 0.1  # = velocity time-out of the boards: a velocity may last that long
+ACCELERATION = 1  # least value of VELOCITY_MOVE; with shift 8 any real acceleration is below 1
+
+
+class Setpoints:
+    """What one axis is asked to do. Setters take SI units and finite numbers only."""
+
+    __slots__ = (
+        "_axis",
+        "_cycle_ns",
+        "_faults",
+        "_max_step_ticks",
+        "_offset_cycle_ns",
+        "_offset_due",
+        "_repeat_ns",
+        "_sent_ticks",
+        "_target_ticks",
+        "_torque_counts",
+        "_torque_ns",
+        "_velocity_rad_s",
+    )
+
+    def __init__(self, axis: Axis, faults: FaultLog) -> None:
+        self._axis = axis
+        self._faults = faults
+        units = axis.units
+        per_cycle = abs(units.ticks_per_rad) * units.max_velocity_rad_s * CYCLE_NS / 1e9
+        self._max_step_ticks = max(int(per_cycle), 1)
+        self._cycle_ns = 0
+        self._repeat_ns = 0
+        self._offset_cycle_ns = 0
+        self._offset_due = False
+        self._torque_ns = 0
+        self.forget()
+        axis.on_change = self.on_change
+
+    def forget(self) -> None:
+        """The board has set its reference to the present position and everything else to zero."""
+        self._sent_ticks = self._axis.ticks
+        self._target_ticks: int | None = None
+        self._velocity_rad_s: float | None = None
+        self._torque_counts: int | None = None
+        self._torque_ns = self._axis.line.now_ns
+
+    def on_change(self) -> None:
+        """The mode has changed: the offset is gone on the board, send it and the spring again."""
+        self.forget()
+        axis = self._axis
+        if axis.is_compliant and axis.can_be_compliant:
+            row, values = impedance_setting(axis)
+            axis.command(row, *values)
+            self._offset_due = True
+            self._offset_cycle_ns = 0
+
+    def write_again(self) -> None:
+        """Somebody else may have moved the reference."""
+        self._repeat_ns = 0
+
+    def set_position(self, q_rad: float) -> None:
+        """Position-direct reference."""
+        units = self._axis.units
+        if not units.min_rad <= q_rad <= units.max_rad:
+            self._faults.clamp("position")
+        self._target_ticks = units.limited_ticks(q_rad)
+
+    def set_velocity(self, dq_rad_s: float) -> None:
+        """Velocity reference, good for one VELOCITY_MOVE."""
+        self._velocity_rad_s = dq_rad_s
+
+    def set_torque(self, tau_nm: float, now_ns: int) -> None:
+        """Torque reference."""
+        self._torque_counts = self._limited_torque(tau_nm, "torque")
+        self._torque_ns = now_ns
+
+    def set_offset(self, tau_nm: float) -> None:
+        """Torque that the board adds to the spring of a compliant axis."""
+        self._axis.offset_counts = self._limited_torque(tau_nm, "impedance offset")
+        self._offset_due = True
+
+    def _limited_torque(self, tau_nm: float, cause: str) -> int:
+        units = self._axis.units
+        if abs(tau_nm) > units.torque_limit_nm:
+            self._faults.clamp(cause)
+        return units.torque_counts(tau_nm)
+
+    def step(self, now_ns: int) -> None:
+        """Send what is due."""
+        axis = self._axis
+        if axis.switching:
+            return
+        if self._offset_due and axis.is_compliant and now_ns >= self._offset_cycle_ns:
+            self._offset_due = False
+            self._offset_cycle_ns = _next_cycle_ns(self._offset_cycle_ns, now_ns)
+            axis.send(motor.SET_IMPEDANCE_OFFSET, axis.offset_counts)
+        if now_ns < self._cycle_ns:
+            return
+        if axis.mode == ControlMode.DIRECT:
+            self._send_position(now_ns)
+        elif axis.mode == ControlMode.VELOCITY:
+            self._send_velocity(now_ns)
+        elif axis.mode == ControlMode.TORQUE:
+            self._send_torque(now_ns)
+
+    def _send_position(self, now_ns: int) -> None:
+        target = self._target_ticks
+        if target is None or (target == self._sent_ticks and now_ns < self._repeat_ns):
+            return
+        step = target - self._sent_ticks
+        if step > self._max_step_ticks:
+            target = self._sent_ticks + self._max_step_ticks
+            self._faults.clamp("speed of position")
+        elif step < -self._max_step_ticks:
+            target = self._sent_ticks - self._max_step_ticks
+            self._faults.clamp("speed of position")
+        self._sent_ticks = target
+        self._sent(now_ns)
+        self._axis.send(motor.SET_COMMAND_POSITION, target)
+
+    def _send_velocity(self, now_ns: int) -> None:
+        wanted, self._velocity_rad_s = self._velocity_rad_s, None
+        if wanted is None:
+            return
+        axis, units = self._axis, self._axis.units
+        q_rad = units.q_rad(axis.ticks)
+        room_up = max(units.max_rad - q_rad, 0.0) / LOOK_AHEAD_S
+        room_down = max(q_rad - units.min_rad, 0.0) / LOOK_AHEAD_S
+        highest = min(room_up, units.max_velocity_rad_s)
+        lowest = -min(room_down, units.max_velocity_rad_s)
+        allowed = min(max(wanted, lowest), highest)
+        if allowed != wanted:
+            self._faults.clamp("velocity")
+        self._sent(now_ns)
+        axis.send(motor.VELOCITY_MOVE, units.velocity_counts(allowed), ACCELERATION)
+
+    def _send_torque(self, now_ns: int) -> None:
+        axis = self._axis
+        if now_ns - self._torque_ns > TORQUE_AGE_NS:
+            text = (
+                f"no torque set-point for {TORQUE_AGE_NS / 1e9:.1f} s: {axis.name} to position mode"
+            )
+            self._faults.report(now_ns, text, text)
+            self._cycle_ns = now_ns + CYCLE_NS
+            make_stiff(axis)
+            return
+        if self._torque_counts is not None:
+            axis.send(motor.SET_DESIRED_TORQUE, self._torque_counts)
+            self._torque_counts = None
+            self._sent(now_ns)
+
+    def _sent(self, now_ns: int) -> None:
+        self._cycle_ns = _next_cycle_ns(self._cycle_ns, now_ns)
+        self._repeat_ns = now_ns + REPEAT_NS
+
+
+def _next_cycle_ns(cycle_ns: int, now_ns: int) -> int:
+    """Earliest next frame: on a 10 ms grid, restarted after a pause."""
+    following_ns = cycle_ns + CYCLE_NS
+    return following_ns if following_ns > now_ns else now_ns + CYCLE_NS

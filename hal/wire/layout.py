@@ -1,0 +1,174 @@
+"""Fields of a payload and their compiled layout.
+
+A field is stated once: name, type, unit, meaning of its codes. Codec, `frames.describe`, DBC file
+and documentation derive from it. A value is always the raw number on the wire. Encoding a value
+that does not fit raises WireError; decoding never raises.
+"""
+
+import struct
+from collections.abc import Callable, Iterable
+from enum import IntEnum, IntFlag
+from typing import NamedTuple
+
+Choices = type[IntEnum] | type[IntFlag]
+
+_STRUCT_CODE = {"u8": "B", "u16": "H", "i16": "h", "u32": "I", "i32": "i"}
+_RANGE = {
+    "u4": (0, 0xF),
+    "u8": (0, 0xFF),
+    "u16": (0, 0xFFFF),
+    "i16": (-0x8000, 0x7FFF),
+    "u32": (0, 0xFFFF_FFFF),
+    "i32": (-0x8000_0000, 0x7FFF_FFFF),
+}
+
+
+class WireError(ValueError):
+    """A value does not fit the field that should carry it."""
+
+
+class Field(NamedTuple):
+    """One field of a payload; `kind` is u4, u8, u16, i16, u32, i32 or pad."""
+
+    name: str
+    kind: str
+    unit: str = ""
+    choices: Choices | None = None  # names of the codes (IntEnum) or bits (IntFlag)
+    size_bytes: int = 1
+
+
+def u4(name: str, unit: str = "", choices: Choices | None = None) -> Field:
+    """Unsigned half of a byte, in a NibblePair."""
+    return Field(name, "u4", unit, choices, 0)
+
+
+def u8(name: str, unit: str = "", choices: Choices | None = None) -> Field:
+    """Unsigned byte."""
+    return Field(name, "u8", unit, choices)
+
+
+def u16(name: str, unit: str = "") -> Field:
+    """Unsigned 16-bit word."""
+    return Field(name, "u16", unit, None, 2)
+
+
+def i16(name: str, unit: str = "") -> Field:
+    """Signed 16-bit word."""
+    return Field(name, "i16", unit, None, 2)
+
+
+def u32(name: str, unit: str = "") -> Field:
+    """Unsigned 32-bit word."""
+    return Field(name, "u32", unit, None, 4)
+
+
+def i32(name: str, unit: str = "") -> Field:
+    """Signed 32-bit word."""
+    return Field(name, "i32", unit, None, 4)
+
+
+def pad(size_bytes: int) -> Field:
+    """Bytes sent as zero and ignored by the receiver; carries no value."""
+    return Field("", "pad", "", None, size_bytes)
+
+
+def characters(count: int) -> tuple[Field, ...]:
+    """Text, one unsigned byte per character; unused characters are zero."""
+    return tuple(u8(f"character{index}") for index in range(count))
+
+
+class Layout:
+    """A compiled payload: `fields` behind an optional code byte, in one byte order."""
+
+    __slots__ = ("dlc", "fields", "offsets", "order", "pack", "unpack")
+
+    def __init__(self, fields: Iterable[Field], *, order: str = "<", prefix: bool = False) -> None:
+        """`order` is "<" (little-endian) or ">"; `prefix` makes room for byte 0, the code."""
+        every = tuple(fields)
+        self.order = order
+        self.fields = tuple(field for field in every if field.kind != "pad")
+        body = "".join(
+            f"{field.size_bytes}x" if field.kind == "pad" else _STRUCT_CODE[field.kind]
+            for field in every
+        )
+        self.pack: Callable[..., bytes] = struct.Struct(
+            f"{order}{'B' if prefix else ''}{body}"
+        ).pack
+        decoder = struct.Struct(f"{order}{'x' if prefix else ''}{body}")
+        self.unpack: Callable[[bytes], tuple[int, ...]] = decoder.unpack
+        self.dlc = decoder.size
+        offsets = []
+        position = int(prefix)
+        for field in every:
+            if field.kind != "pad":
+                offsets.append(position)
+            position += field.size_bytes
+        self.offsets = tuple(offsets)
+
+    def parse(self, data: bytes) -> tuple[int, ...] | None:
+        """Values of the fields, None when the length is not exactly the layout's."""
+        if len(data) == self.dlc:
+            return self.unpack(data)
+        return None
+
+    def parse_lenient(self, data: bytes) -> tuple[int, ...]:
+        """Values of the fields from a payload of any length: extra bytes ignored.
+
+        DELIBERATE: missing bytes read as zero; a DSP board would find whatever its buffer held.
+        """
+        return self.unpack(data[: self.dlc].ljust(self.dlc, b"\0"))
+
+    def refusal(self, name: str, values: tuple[int, ...]) -> WireError:
+        """The error that names the first value that does not fit."""
+        if len(values) != len(self.fields):
+            names = ", ".join(field.name for field in self.fields) or "nothing"
+            return WireError(f"{name} carries {names}; got {len(values)} values")
+        for field, value in zip(self.fields, values, strict=True):
+            low, high = _RANGE[field.kind]
+            if not (hasattr(value, "__index__") and low <= value <= high):
+                return WireError(f"{name}: {field.name} = {value!r} does not fit {field.kind}")
+        return WireError(f"{name}: code or axis does not fit byte 0")
+
+    def text(self, values: tuple[int, ...]) -> str:
+        """The values by name, with units and the names of codes."""
+        return ", ".join(
+            f"{field.name}={_value_text(field, value)}"
+            for field, value in zip(self.fields, values, strict=False)
+        )
+
+
+def _value_text(field: Field, value: int) -> str:
+    if field.choices is not None:
+        try:
+            name = field.choices(value).name
+        except ValueError:
+            name = None
+        return name or f"0x{value:02X}"
+    if not field.unit:
+        return str(value)
+    by = "x " if field.unit[0].isdigit() else ""  # 11 x 10 tick/s
+    return f"{value} {by}{field.unit}"
+
+
+class NibblePair(Layout):
+    """One byte that carries two values: the low half first, then the high half."""
+
+    __slots__ = ()
+
+    def __init__(self, low: Field, high: Field) -> None:
+        """`low` and `high` are u4 fields."""
+        super().__init__((u8("pair"),))
+        self.fields = (low, high)
+        self.offsets = (0, 0)
+        self.pack = _pack_nibbles
+        self.unpack = _unpack_nibbles
+
+
+def _pack_nibbles(low: int, high: int) -> bytes:
+    if not (0 <= low <= 0xF and 0 <= high <= 0xF):
+        raise struct.error("half a byte holds 0 to 15")
+    return bytes((low | high << 4,))
+
+
+def _unpack_nibbles(data: bytes) -> tuple[int, ...]:
+    return data[0] & 0xF, data[0] >> 4

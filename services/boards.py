@@ -1,0 +1,87 @@
+"""The emulated robot: boards on their CAN buses, and the physics that they drive.
+
+Reads   nothing but CAN frames
+Writes  plant_truth (for reports and experiments; no controller reads it)
+Serves  boards/push: a force on the hand, as a person would push it
+If the buses go away the boards fault as real ones do, and the limbs go limp.
+"""
+
+from collections.abc import Mapping
+
+from firmware_sim.network import RigError
+from firmware_sim.rig import Rig
+from hal.buses.bus import FrameBus
+from services.config import load_robot
+from services.core.live import Context, run_process
+from services.core.service import Inputs, Outputs, Period, Service
+from services.emulation import rig_spec
+from services.messages import PlantTruth, PushRequest, Reply
+from services.streams import PLANT_TRUTH, PUSH_CALL
+
+TICK_S = 0.001
+TRUTH_EVERY_TICKS = 5
+
+
+class Boards(Service):
+    """Runs every emulated board one millisecond per step."""
+
+    reads = ()
+    writes = (PLANT_TRUTH,)
+    serves = (PUSH_CALL,)
+    trigger = Period(TICK_S)
+
+    def __init__(self, rig: Rig, buses: Mapping[int, FrameBus]) -> None:
+        self._rig = rig
+        self._buses = buses
+        self._ticks = 0
+        self._frames = 0
+
+    def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
+        """One millisecond of every board and of the plant."""
+        for token, push in inputs.requests(PUSH_CALL):
+            outputs.reply(PUSH_CALL, token, self._push(push))
+        received = {number: bus.receive_frames() for number, bus in self._buses.items()}
+        sent = self._rig.step(received)
+        for number, frames in sent.items():
+            if frames:
+                self._buses[number].send_frames(frames)
+                self._frames += len(frames)
+        self._ticks += 1
+        if self._ticks % TRUTH_EVERY_TICKS == 0:
+            outputs.put(PLANT_TRUTH, self._truth(now_ns))
+
+    def _push(self, push: PushRequest) -> Reply:
+        try:
+            self._rig.push(push.force_n, push.duration_s)
+        except RigError as error:
+            return Reply(ok=False, reason=str(error))
+        return Reply(ok=True)
+
+    def _truth(self, now_ns: int) -> PlantTruth:
+        rig = self._rig
+        position, rotation = rig.tip_pose()
+        return PlantTruth(
+            stamp_ns=now_ns,
+            joints=rig.joints,
+            q_rad=rig.q_rad,
+            dq_rad_s=rig.dq_rad_s,
+            tau_nm=rig.motor_torque_nm,
+            tip_position_m=position,
+            tip_rotation_rad=rotation,
+            limit_violations=rig.limit_violations,
+            board_faults=rig.board_faults,
+            ticks=self._ticks,
+            frames=self._frames,
+            frames_lost=sum(bus.frames_lost for bus in self._buses.values()),
+        )
+
+
+def build(context: Context) -> Boards:
+    """Open every bus of the robot file and put its boards on them."""
+    robot = load_robot(context.robot)
+    buses = {bus.number: context.open_bus(bus.number, bus.channel) for bus in robot.buses.values()}
+    return Boards(Rig(rig_spec(robot, context.seed)), buses)
+
+
+if __name__ == "__main__":
+    raise SystemExit(run_process("boards", build))

@@ -1,0 +1,59 @@
+"""The command `ulna`: one verb per file in this folder."""
+
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import cyclopts
+
+from services.cli.can import can_up
+from services.cli.demo import reach
+from services.cli.up import up
+from services.core.errors import ServiceError
+
+PACKAGES = ("services", "hal", "dforc", "firmware_sim")
+USAGE_ERROR = 2
+
+app = cyclopts.App(
+    name="ulna",
+    help="Control stack for torque-sensing humanoids: emulated or real boards, CAN, services.",
+    version_flags=["--version"],
+)
+demo = cyclopts.App(name="demo", help="What the whole stack does, shown.")
+can = cyclopts.App(name="can", help="CAN buses of this machine.")
+app.command(demo)
+app.command(can)
+app.command(up, name="up")
+demo.command(reach, name="reach")
+can.command(can_up, name="up")
+
+
+def check_one_home() -> None:
+    """Refuse to run with somebody else's package in the place of one of ours.
+
+    Raises:
+        ServiceError: the four packages do not share one parent folder.
+    """
+    homes = {name: Path(str(import_module(name).__file__)).parent.parent for name in PACKAGES}
+    expected = homes["services"]
+    for name, home in homes.items():
+        if home != expected:
+            raise ServiceError(
+                f"package {name!r} comes from {home}, expected {expected}; "
+                "use a clean virtual environment"
+            )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command line; errors that a user can mend are one sentence, never a traceback."""
+    try:
+        check_one_home()
+        status = app(arguments, result_action="return_value")
+    except ServiceError as error:
+        print(f"ulna: {error}", file=sys.stderr)
+        return USAGE_ERROR
+    return status if isinstance(status, int) else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,58 @@
+"""The only file that knows the time."""
+
+import time
+from typing import Protocol
+
+NS_PER_S = 1_000_000_000
+NS_PER_MS = 1_000_000
+
+wall_ns = time.perf_counter_ns
+"""Stopwatch for statistics [ns]. Never an input of a decision: results must not depend on it."""
+
+
+def wall_clock_text() -> str:
+    """Date and time of day for names of files and reports, as 20260131-235959."""
+    return time.strftime("%Y%m%d-%H%M%S")
+
+
+class Clock(Protocol):
+    """Time as an executor, a bus or a service edge sees it."""
+
+    def now_ns(self) -> int:
+        """Instant now, in ns since an arbitrary origin that stays the same for the whole host."""
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """Wait for an absolute instant; return at once when it has passed."""
+
+
+class RealClock:
+    """The host's monotonic clock."""
+
+    now_ns = staticmethod(time.monotonic_ns)
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """Wait for an absolute instant; time.sleep itself waits on an absolute deadline."""
+        wait_ns = deadline_ns - time.monotonic_ns()
+        if wait_ns > 0:
+            time.sleep(wait_ns * 1e-9)
+
+
+class VirtualClock:
+    """A clock that moves only when it is told to."""
+
+    def __init__(self, start_ns: int = 0) -> None:
+        self._now_ns = start_ns
+
+    def now_ns(self) -> int:
+        """Instant that the clock was last moved to."""
+        return self._now_ns
+
+    def advance_ns(self, step_ns: int) -> None:
+        """Move forward; a clock never goes back."""
+        if step_ns < 0:
+            raise ValueError(f"a clock cannot go back by {-step_ns} ns")
+        self._now_ns += step_ns
+
+    def sleep_until(self, deadline_ns: int) -> None:
+        """Jump to the instant: in virtual time nobody waits."""
+        self._now_ns = max(self._now_ns, deadline_ns)

@@ -1,0 +1,107 @@
+"""Force field: moves a virtual point to the goal and around the obstacles (DForC section III-B).
+
+Reads   field/goal, field/objects, joint_state of the limb's parts (where the point starts)
+Writes  field/virtual_point
+The point starts at the hand when a goal becomes active, and is silent while none is. A goal or an
+obstacle that is not finite is refused and counted; the previous one holds. It needs no feedback:
+the point does not wait for the hand.
+"""
+
+import numpy as np
+
+from dforc.errors import DforcError
+from dforc.field import Ellipsoid, FieldParams, PointState, ball, step
+from services.config import load_robot
+from services.core.live import Context, run_process
+from services.core.service import Inputs, Outputs, Period, Service
+from services.limb import joined, limb_model
+from services.messages import Goal, Objects, VirtualPoint
+from services.robot_tables import RobotFile
+from services.streams import GOAL, JOINT_STATE, OBJECTS, VIRTUAL_POINT
+
+PERIOD_S = 0.01  # the papers' sample time
+STATE_AGE_S = 0.1
+
+
+class Field(Service):
+    """One virtual point."""
+
+    writes = (VIRTUAL_POINT,)
+    trigger = Period(PERIOD_S)
+
+    def __init__(self, robot: RobotFile, params: FieldParams | None = None) -> None:
+        self._model = limb_model(robot)
+        self._params = params or FieldParams()
+        self._states = tuple(JOINT_STATE[part] for part in robot.reach.parts)
+        self._point: PointState | None = None
+        self._goal: Goal | None = None
+        self._obstacles: tuple[Ellipsoid, ...] = ()
+        self._sequence = 0
+        self.reads = (GOAL, OBJECTS, *self._states)
+        self.refused = 0
+
+    def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
+        """Move the point by one period."""
+        goal, objects = inputs.new(GOAL), inputs.new(OBJECTS)
+        if goal is not None:
+            self._take_goal(goal)
+        if objects is not None:
+            self._take_objects(objects)
+        if self._goal is None or not self._goal.active:
+            self._point = None
+            return
+        if self._point is None:
+            self._point = self._hand(inputs)
+            if self._point is None:
+                return
+        self._point = step(
+            self._point, self._goal.position_m, self._obstacles, self._params, PERIOD_S
+        )
+        self._sequence += 1
+        outputs.put(
+            VIRTUAL_POINT,
+            VirtualPoint(
+                stamp_ns=now_ns,
+                sequence=self._sequence,
+                position_m=self._point.position_m,
+                velocity_m_s=self._point.velocity_m_s,
+                rotation_rad=self._goal.rotation_rad,
+            ),
+        )
+
+    def _take_goal(self, goal: Goal) -> None:
+        if np.isfinite(goal.position_m + goal.rotation_rad).all():
+            self._goal = goal
+        else:
+            self.refused += 1
+
+    def _take_objects(self, objects: Objects) -> None:
+        obstacles = tuple(ball(o.centre_m, o.radius_m) for o in objects.obstacles)
+        try:  # a field of these obstacles must exist at all
+            step(
+                PointState(position_m=(0.0, 0.0, 0.0)),
+                (0.0,) * 3,
+                obstacles,
+                self._params,
+                PERIOD_S,
+            )
+        except DforcError:
+            self.refused += 1
+            return
+        self._obstacles = obstacles
+
+    def _hand(self, inputs: Inputs) -> PointState | None:
+        joints = joined(tuple(inputs.fresh(state, STATE_AGE_S) for state in self._states))
+        if joints is None:
+            return None
+        x, y, z = self._model.tip_pose(np.array(joints[0]))[1].tolist()
+        return PointState(position_m=(x, y, z))
+
+
+def build(context: Context) -> Field:
+    """Load the robot's model."""
+    return Field(load_robot(context.robot))
+
+
+if __name__ == "__main__":
+    raise SystemExit(run_process("field", build))

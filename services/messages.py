@@ -1,0 +1,212 @@
+"""Every message that a stream carries and every request that a service answers.
+
+SI units and radians; the first field is the sender's time. Fields are only ever added at the end,
+with a default.
+"""
+
+import msgspec
+
+Vector3 = tuple[float, float, float]
+Floats = tuple[float, ...]
+
+
+class Message(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """What all streams share: when it was made, on the sender's monotonic clock."""
+
+    stamp_ns: int
+
+
+class JointState(Message, frozen=True, kw_only=True):
+    """One part's joints, in the order of the robot file."""
+
+    q_rad: Floats
+    dq_rad_s: Floats
+    tau_nm: Floats  # the estimate that the boards were last given; NaN before the first
+    control_mode: tuple[int, ...]  # code of can-protocol 10.1
+    compliant: tuple[bool, ...]
+    valid: bool  # every joint was heard within the age limit and is calibrated
+
+
+class Wrench(Message, frozen=True, kw_only=True):
+    """Reading of one FT sensor.
+
+    What the limb beyond the sensor exerts on the near side, in the sensor frame.
+    """
+
+    force_n: Vector3
+    torque_nm: Vector3
+    arrival_ns: int  # when the second frame of the newest sample reached the robot process
+    saturated: bool = False
+    samples: int = 1  # averaged
+
+
+class TorqueEstimate(Message, frozen=True, kw_only=True):
+    """Torque that each drive exerts on its joint, all included, in the model's sign."""
+
+    tau_nm: Floats
+    arrival_ns: int  # of the FT sample behind it
+    external_force_n: Vector3 = (0.0, 0.0, 0.0)  # at the hand, in the base frame
+    external_moment_nm: Vector3 = (0.0, 0.0, 0.0)
+
+
+class ImpedanceOffset(Message, frozen=True, kw_only=True):
+    """Gravity torque of the model at the measured posture, for the boards' impedance offset."""
+
+    tau_nm: Floats
+
+
+class JointCommand(Message, frozen=True, kw_only=True):
+    """Set-points of one part. An empty tuple leaves that quantity alone."""
+
+    mode: str  # direct | velocity | torque
+    q_rad: Floats = ()
+    dq_rad_s: Floats = ()
+    tau_nm: Floats = ()
+
+
+class Goal(Message, frozen=True, kw_only=True):
+    """Where the hand is to go, in the base frame; orientation as a rotation vector."""
+
+    position_m: Vector3
+    rotation_rad: Vector3
+    active: bool = True
+
+
+class Obstacle(msgspec.Struct, frozen=True, array_like=True):
+    """A ball, in the base frame."""
+
+    centre_m: Vector3
+    radius_m: float
+
+
+class Objects(Message, frozen=True, kw_only=True):
+    """Obstacles that the field keeps the hand out of."""
+
+    obstacles: tuple[Obstacle, ...] = ()
+
+
+class VirtualPoint(Message, frozen=True, kw_only=True):
+    """The point that the force field drives to the goal; the hand follows it."""
+
+    sequence: int
+    position_m: Vector3
+    velocity_m_s: Vector3
+    rotation_rad: Vector3
+
+
+class IkSolution(Message, frozen=True, kw_only=True):
+    """Posture of the chain for one virtual point."""
+
+    sequence: int
+    q_rad: Floats
+    status: str  # converged | infeasible | out_of_time
+    position_error_m: float
+    orientation_error_rad: float
+    iterations: int
+
+
+class DynamicsStatus(Message, frozen=True, kw_only=True):
+    """What the torque estimate stands on."""
+
+    state: str  # waiting | ready | calibrating | running
+    samples: int  # of the offset calibration under way
+    offset: Floats  # of the FT sensor, N and Nm
+    refused: int  # readings that were not finite, too old, or taken in motion
+    reason: str = ""
+
+
+class CartesianStatus(Message, frozen=True, kw_only=True):
+    """What the Cartesian controller is doing."""
+
+    state: str  # waiting | moving | in_target
+    position_error_m: float  # measured hand to the goal point of the plan
+    orientation_error_rad: float
+    external_force_n: float
+    gated: bool  # outer loop frozen because something pushes the arm
+    planned_position_m: Vector3
+    refused: int = 0  # inputs that were not finite or too old
+
+
+class RobotStatus(Message, frozen=True, kw_only=True):
+    """The HAL's heartbeat."""
+
+    phase: str  # opening | handshake | configuring | calibrating | ready | stopping | idle | failed
+    calibrated: bool
+    compliant: tuple[str, ...]  # names of the compliant joints
+    faults: tuple[str, ...]  # text, newest last
+    fault_count: int
+    frames_received: int
+    frames_sent: int
+    frames_lost: int
+    frames_dropped: int  # undecodable or orphaned, by cause in `drops`
+    drops: tuple[tuple[str, int], ...] = ()
+    refused_commands: int = 0
+    torque_loop_ms: Floats = ()  # samples since the previous status
+    foreign_frames: int = 0
+    busy: bool = False
+    refusals: tuple[tuple[str, int], ...] = ()  # by cause
+    finished_task: int = 0  # number of the newest request that has ended
+    failed_tasks: tuple[tuple[int, str], ...] = ()  # the last ones that failed, and why
+    bus_lost: bool = False
+
+
+class PlantTruth(Message, frozen=True, kw_only=True):
+    """What the emulated robot really does. No controller reads it."""
+
+    joints: tuple[str, ...]
+    q_rad: Floats
+    dq_rad_s: Floats
+    tau_nm: Floats  # motor torque at the joint
+    tip_position_m: Vector3
+    tip_rotation_rad: Vector3
+    limit_violations: int
+    board_faults: int
+    ticks: int = 0  # milliseconds simulated so far
+    frames: int = 0
+    frames_lost: int = 0
+
+
+class ServiceStats(Message, frozen=True, kw_only=True):
+    """How one process keeps its time."""
+
+    process: str
+    steps: int
+    step_ms_p50: float
+    step_ms_p99: float
+    late_us_p50: float
+    late_us_p99: float
+    tick_slips: int
+    scheduler: str = ""
+    errors: int = 0
+
+
+class RobotRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """Something for the HAL to do."""
+
+    action: str  # calibrate | move | mode | interaction | stop | idle
+    joints: tuple[str, ...] = ()  # empty = all
+    value: str = ""  # mode: idle, position, direct, velocity, torque; interaction: stiff, compliant
+    q_rad: Floats = ()
+    duration_s: float = 0.0
+
+
+class FtRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """Remove the offset of the named FT sensors: no contact, arm at rest."""
+
+    sensors: tuple[str, ...] = ()
+    samples: int = 200
+
+
+class PushRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """A force on the tip of the emulated robot, base frame; for experiments."""
+
+    force_n: Vector3
+    duration_s: float
+
+
+class Reply(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """Answer to a request: taken up, or refused with the reason."""
+
+    ok: bool
+    reason: str = ""
+    task: int = 0  # where the work goes on after the answer: wait for it in finished_task

@@ -1,0 +1,39 @@
+"""Every process of the stack, one row each: what `ulna up` and docker-compose.yml start.
+
+The rows' order is the order in which things happen at one instant of virtual time.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Process:
+    """One row."""
+
+    name: str
+    module: str
+    fifo_priority: int = 0  # SCHED_FIFO where permitted; 0 = ordinary scheduling
+    nice: int = 0  # where SCHED_FIFO is not asked for or not permitted
+    emulated_only: bool = False  # stands in for hardware: not started on a real robot
+
+
+HUB = Process("hub", "services.hub", fifo_priority=55)
+
+PROCESSES = (
+    HUB,
+    Process("boards", "services.boards", fifo_priority=50, emulated_only=True),
+    Process("robot", "services.robot", fifo_priority=50),
+    Process("guard", "services.guard", fifo_priority=45),
+    Process("dynamics", "services.dynamics", fifo_priority=48),
+    Process("ik", "services.ik", nice=5),
+    Process("cartesian", "services.cartesian"),
+    Process("field", "services.field", nice=5),
+)
+
+
+def process_row(name: str) -> Process:
+    """The row of that name; ordinary scheduling for one that is not in the table (tests, tools)."""
+    for row in PROCESSES:
+        if row.name == name:
+            return row
+    return Process(name, "")

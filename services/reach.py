@@ -1,0 +1,387 @@
+"""The main job as a client of the stack: calibrate, go compliant, reach around a ball, come down.
+
+Reads   robot/status, joint_state, dynamics/status, cartesian/status, ik/ik_solution,
+        field/virtual_point, torque_estimate,
+        boards/plant_truth (to judge the result on what the plant really did)
+Writes  field/goal, field/objects
+Calls   robot/request, dynamics/zero_ft, boards/push
+It is no process of the stack: the demo runs it on an executor of its own, live or virtual. It stops
+with a reason when anything it waits for does not come, and in any case asks the robot to come down.
+"""
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+
+import numpy as np
+
+from dforc import rotation
+from services.core.service import CallFailed, Inputs, Outputs, Period, Service
+from services.limb import joined, limb_model
+from services.messages import (
+    FtRequest,
+    Goal,
+    Objects,
+    Obstacle,
+    PushRequest,
+    Reply,
+    RobotRequest,
+    RobotStatus,
+    Vector3,
+)
+from services.reach_record import Recording, Sample
+from services.reach_scene import Scene, draw_scene
+from services.robot_tables import RobotFile
+from services.streams import (
+    CARTESIAN_STATUS,
+    DYNAMICS_STATUS,
+    FT_CALL,
+    GOAL,
+    IK_SOLUTION,
+    JOINT_STATE,
+    OBJECTS,
+    PLANT_TRUTH,
+    PUSH_CALL,
+    ROBOT_CALL,
+    ROBOT_STATUS,
+    TORQUE_ESTIMATE,
+    VIRTUAL_POINT,
+)
+
+PERIOD_S = 0.01
+STATE_AGE_S = 0.1
+OPEN_TIMEOUT_S = 20.0
+CALIBRATION_TIMEOUT_S = 40.0
+TASK_TIMEOUT_S = 15.0
+HOME_S = 2.0
+SETTLE_S = 1.0
+REACH_TIMEOUT_S = 30.0  # the bar: in the target within this
+DWELL_S = 1.0  # the bar: inside the bars for this long
+FEEDBACK_SILENCE_S = (
+    0.5  # status of the robot, or truth of the plant, missing this long: the stack is broken
+)
+
+Script = Generator[None, None, None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Push:
+    """A push on the hand once it holds, base frame."""
+
+    force_n: Vector3 = (0.0, 0.0, -20.0)
+    duration_s: float = 3.0
+    recovery_s: float = 5.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReachOptions:
+    """What to do, and when it counts as done."""
+
+    seed: int = 0
+    stiff: bool = False
+    target_m: Vector3 | None = None
+    ball: tuple[float, float, float, float] | None = None
+    position_bar_m: float = 0.003
+    orientation_bar_rad: float = float(np.radians(1.5))
+    push: Push | None = None
+    hold_s: float = 1.5  # the errors reported are the largest of the last second of it
+
+
+class AbandonedError(Exception):
+    """The job cannot go on; the text says why."""
+
+
+class Reach(Service):
+    """Runs the script once; `finished` says when."""
+
+    trigger = Period(PERIOD_S)
+    writes = (GOAL, OBJECTS)
+    calls = (ROBOT_CALL, FT_CALL, PUSH_CALL)
+
+    def __init__(self, robot: RobotFile, options: ReachOptions) -> None:
+        self._robot = robot
+        self._options = options
+        self._model = limb_model(robot)
+        parts = robot.reach.parts
+        self._states = tuple(JOINT_STATE[part] for part in parts)
+        self._torques = tuple(TORQUE_ESTIMATE[part] for part in parts)
+        self.reads = (
+            ROBOT_STATUS,
+            DYNAMICS_STATUS,
+            CARTESIAN_STATUS,
+            IK_SOLUTION,
+            VIRTUAL_POINT,
+            PLANT_TRUTH,
+            *self._states,
+            *self._torques,
+        )
+        self.recording = Recording(
+            robot, options.seed, options.position_bar_m, options.orientation_bar_rad
+        )
+        self.progress = "waiting for the boards"
+        self.finished = False
+        self.scene: Scene | None = None
+        self._goal: Goal | None = None
+        self._now_ns = 0
+        self._inputs: Inputs
+        self._outputs: Outputs
+        self._replies: dict[int, Reply | CallFailed] = {}
+        self._script = self._whole()
+
+    def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
+        """Resume the script where it waits."""
+        self._now_ns, self._inputs, self._outputs = now_ns, inputs, outputs
+        for call in self.calls:
+            self._replies.update(inputs.replies(call))
+        self._record()
+        if not self.finished:
+            try:
+                next(self._script)
+            except StopIteration:
+                self.finished = True
+
+    def interrupt(self, reason: str) -> None:
+        """Break the job off; the robot is brought down."""
+        self._script.close()
+        self._script = self._fail(reason)
+
+    def _whole(self) -> Script:
+        try:
+            yield from self._job()
+        except AbandonedError as error:
+            yield from self._fail(str(error))
+            return
+        yield from self._come_down()
+
+    def _fail(self, reason: str) -> Script:
+        self.recording.failure = reason
+        yield from self._come_down()
+
+    def _job(self) -> Script:
+        yield from self._prepare()
+        yield from self._go()
+        yield from self._hold()
+        if self._options.push is not None:
+            yield from self._push(self._options.push)
+
+    def _prepare(self) -> Script:
+        yield from self._until(
+            lambda: self._status().phase in ("idle", "ready"), OPEN_TIMEOUT_S, "boards answer"
+        )
+        yield from self._ask("calibrating the axes", "calibrate", CALIBRATION_TIMEOUT_S)
+        home = tuple(np.radians(self._robot.reach.home_deg).tolist())
+        yield from self._ask("moving home", "move", q_rad=home, duration_s=HOME_S)
+        yield from self._wait("settling", SETTLE_S)
+        self._say("removing the offset of the force/torque sensor")
+        yield from self._answered(self._outputs.call(FT_CALL, FtRequest()), "zero_ft")
+        yield from self._until(
+            lambda: (
+                (s := self._inputs.latest(DYNAMICS_STATUS)) is not None and s.state == "running"
+            ),
+            TASK_TIMEOUT_S,
+            "FT offset known",
+        )
+        yield from self._ask("position-direct mode", "mode", value="direct")
+        if not self._options.stiff:
+            compliant = self._robot.reach.compliant
+            yield from self._ask(
+                "switching the arm to compliant", "interaction", joints=compliant, value="compliant"
+            )
+        yield from self._wait("settling", SETTLE_S)
+
+    def _go(self) -> Script:
+        states = tuple(self._inputs.fresh(state, STATE_AGE_S) for state in self._states)
+        joints = joined(states)
+        if joints is None:
+            raise AbandonedError("joint states are missing or not valid")
+        _, home_m = self._model.tip_pose(np.radians(self._robot.reach.home_deg))
+        kept, _ = self._model.tip_pose(np.array(joints[0]))
+        self.scene = draw_scene(
+            home_m, self._options.seed, self._options.target_m, self._options.ball
+        )
+        x, y, z = rotation.rotation_vector(kept).tolist()
+        self._goal = Goal(stamp_ns=0, position_m=self.scene.target_m, rotation_rad=(x, y, z))
+        self.recording.begin(self._now_ns, self.scene, kept)
+        self._say("reaching")
+        deadline_ns = self._now_ns + round(REACH_TIMEOUT_S * 1e9)
+        inside_since_ns: int | None = None
+        while self._now_ns < deadline_ns:
+            self._send_scene()
+            yield
+            self._check()
+            if not self.recording.inside():
+                inside_since_ns = None
+                continue
+            inside_since_ns = self._now_ns if inside_since_ns is None else inside_since_ns
+            if self._now_ns - inside_since_ns >= DWELL_S * 1e9:
+                self.recording.reached_ns = inside_since_ns
+                return
+        self._say("not reached in time")
+
+    def _hold(self) -> Script:
+        self._say("holding")
+        yield from self._for(self._options.hold_s)
+        self.recording.judge(self._now_ns)
+
+    def _push(self, push: Push) -> Script:
+        self._say("being pushed")
+        self.recording.push_begin_ns = self._now_ns
+        request = PushRequest(force_n=push.force_n, duration_s=push.duration_s)
+        yield from self._answered(self._outputs.call(PUSH_CALL, request), "push")
+        yield from self._for(push.duration_s)
+        self.recording.push_end_ns = self._now_ns
+        self._say("coming back after the push")
+        yield from self._for(push.recovery_s)
+
+    def _come_down(self) -> Script:
+        self._say("coming down")
+        if self._goal is not None:
+            self._goal = None
+            self._outputs.put(
+                GOAL,
+                Goal(
+                    stamp_ns=self._now_ns,
+                    position_m=(0.0,) * 3,
+                    rotation_rad=(0.0,) * 3,
+                    active=False,
+                ),
+            )
+        status = self._inputs.latest(ROBOT_STATUS)
+        if status is None or status.phase in ("opening", "handshake", "configuring", "failed"):
+            return
+        token = self._outputs.call(ROBOT_CALL, RobotRequest(action="stop"))
+        deadline_ns = self._now_ns + round(TASK_TIMEOUT_S * 1e9)
+        while self._now_ns < deadline_ns:
+            yield
+            reply = self._replies.get(token)
+            status = self._inputs.latest(ROBOT_STATUS)
+            if isinstance(reply, CallFailed):
+                return
+            if isinstance(reply, Reply) and (
+                not reply.ok or (status and status.finished_task >= reply.task)
+            ):
+                return
+
+    # what the script is made of
+
+    def _ask(
+        self,
+        what: str,
+        action: str,
+        timeout_s: float = TASK_TIMEOUT_S,
+        *,
+        joints: tuple[str, ...] = (),
+        value: str = "",
+        q_rad: tuple[float, ...] = (),
+        duration_s: float = 0.0,
+    ) -> Script:
+        self._say(what)
+        request = RobotRequest(
+            action=action,
+            joints=joints or self._robot.chain,
+            value=value,
+            q_rad=q_rad,
+            duration_s=duration_s,
+        )
+        token = self._outputs.call(ROBOT_CALL, request)
+        reply = yield from self._answered(token, action)
+        yield from self._until(
+            lambda: self._status().finished_task >= reply.task, timeout_s, f"{action} done"
+        )
+        for number, reason in self._status().failed_tasks:
+            if number == reply.task:
+                raise AbandonedError(reason)
+
+    def _answered(self, token: int, what: str) -> Generator[None, None, Reply]:
+        while token not in self._replies:
+            yield
+        reply = self._replies.pop(token)
+        if isinstance(reply, CallFailed):
+            raise AbandonedError(f"{what}: {reply.reason}")
+        if not reply.ok:
+            raise AbandonedError(f"{what}: refused: {reply.reason}")
+        return reply
+
+    def _until(self, condition: Callable[[], bool], timeout_s: float, what: str) -> Script:
+        deadline_ns = self._now_ns + round(timeout_s * 1e9)
+        while True:
+            if self._inputs.latest(ROBOT_STATUS) is not None:
+                if condition():
+                    return
+                if self._status().phase == "failed":
+                    raise AbandonedError("; ".join(self._status().faults) or "the HAL failed")
+            if self._now_ns >= deadline_ns:
+                raise AbandonedError(f"waited {timeout_s:g} s in vain: {what}{self._faults()}")
+            yield
+
+    def _wait(self, what: str, seconds: float) -> Script:
+        self._say(what)
+        yield from self._for(seconds)
+
+    def _for(self, seconds: float) -> Script:
+        end_ns = self._now_ns + round(seconds * 1e9)
+        while self._now_ns < end_ns:
+            if self._goal is not None:
+                self._send_scene()
+            yield
+            self._check()
+
+    def _check(self) -> None:
+        """Stop early when the robot faults or the stack falls silent."""
+        if self._status().fault_count:
+            raise AbandonedError(f"fault{self._faults()}")
+        for stream in (ROBOT_STATUS, PLANT_TRUTH):
+            if self._inputs.age_s(stream) > FEEDBACK_SILENCE_S:
+                raise AbandonedError(f"{stream.name} has been silent for {FEEDBACK_SILENCE_S} s")
+
+    def _faults(self) -> str:
+        status = self._inputs.latest(ROBOT_STATUS)
+        return ": " + "; ".join(status.faults) if status is not None and status.faults else ""
+
+    def _status(self) -> RobotStatus:
+        status = self._inputs.latest(ROBOT_STATUS)
+        if status is None:
+            raise AbandonedError("no robot/status yet")
+        return status
+
+    def _say(self, what: str) -> None:
+        self.progress = what
+        self.recording.note(self._now_ns, what)
+
+    def _send_scene(self) -> None:
+        """Again and again, so that a field process that starts late knows."""
+        assert self._goal is not None
+        assert self.scene is not None
+        balls: tuple[Obstacle, ...] = ()
+        if self.scene.ball_centre_m is not None:
+            balls = (Obstacle(self.scene.ball_centre_m, self.scene.ball_radius_m),)
+        self._outputs.put(OBJECTS, Objects(stamp_ns=self._now_ns, obstacles=balls))
+        self._outputs.put(
+            GOAL,
+            Goal(
+                stamp_ns=self._now_ns,
+                position_m=self._goal.position_m,
+                rotation_rad=self._goal.rotation_rad,
+            ),
+        )
+
+    def _record(self) -> None:
+        truth = self._inputs.new(PLANT_TRUTH)
+        status = self._inputs.latest(ROBOT_STATUS)
+        if status is not None:
+            self.recording.status = status
+            self.recording.torque_loop_ms.extend(
+                [ms for s in self._inputs.all_new(ROBOT_STATUS) for ms in s.torque_loop_ms]
+            )
+        if truth is None:
+            return
+        self.recording.add(
+            Sample(
+                now_ns=self._now_ns,
+                truth=truth,
+                point=self._inputs.fresh(VIRTUAL_POINT, STATE_AGE_S),
+                solution=self._inputs.latest(IK_SOLUTION),
+                cartesian=self._inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S),
+                torques=tuple(self._inputs.fresh(t, STATE_AGE_S) for t in self._torques),
+                all_truths=self._inputs.all_new(PLANT_TRUTH),
+            )
+        )

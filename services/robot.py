@@ -1,0 +1,234 @@
+"""The HAL as a service: boards on CAN buses on one side, typed streams on the other.
+
+Reads   joint_command, torque_estimate, impedance_offset of every part
+Writes  joint_state of every part, wrench of every FT sensor, robot/status (its heartbeat)
+Serves  robot/request: calibrate, move, mode, interaction, stop, idle
+When commands go silent the boards hold their last reference. When torques go silent for 60 ms
+compliant joints are made stiff. What is not finite, out of order or too old is refused and counted;
+hal.Robot keeps every limit.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+
+from hal.buses.bus import FrameBus
+from hal.readings import ForceTorqueSample
+from hal.robot import Robot
+from hal.tasks import Task
+from services.config import load_robot
+from services.core.live import Context, run_process
+from services.core.service import Inputs, Outputs, Period, Service
+from services.messages import (
+    JointCommand,
+    JointState,
+    Reply,
+    RobotStatus,
+    Vector3,
+    Wrench,
+)
+from services.robot_tables import RobotFile
+from services.streams import (
+    IMPEDANCE_OFFSET,
+    JOINT_COMMAND,
+    JOINT_STATE,
+    ROBOT_CALL,
+    ROBOT_STATUS,
+    TORQUE_ESTIMATE,
+    WRENCH,
+)
+from services.wiring import robot_description
+
+TICK_S = 0.001
+STATE_EVERY_TICKS = 2
+STATUS_EVERY_TICKS = 10
+COMMAND_AGE_NS = 100_000_000  # ten control periods: a command older than this is history
+FAILURES_KEPT = 8
+
+
+class RobotService(Service):
+    """Drives one hal.Robot, one step per millisecond."""
+
+    trigger = Period(TICK_S)
+    serves = (ROBOT_CALL,)
+
+    def __init__(
+        self,
+        robot: RobotFile,
+        buses: Mapping[int, FrameBus],
+        wrench_hz: int,
+        clock: Callable[[], int] | None = None,
+    ) -> None:
+        description = robot_description(robot)
+        self._hal = Robot(description, buses, clock)
+        self._parts = {
+            part: [self._hal.joint_index(joint) for joint in joints]
+            for part, joints in robot.parts.items()
+        }
+        self._sensors = tuple(sensor.name for sensor in description.sensors)
+        self._wrench_every = max(1, round(1.0 / (TICK_S * wrench_hz)))
+        self._tasks: dict[int, Task] = {}
+        self._last_task = 0
+        self._finished = 0
+        self._failures: list[tuple[int, str]] = []
+        self._newest_command_ns = dict.fromkeys(self._parts, -1)
+        self._refusals: Counter[str] = Counter()
+        self._ticks = 0
+        self.reads = tuple(
+            stream[part]
+            for part in self._parts
+            for stream in (JOINT_COMMAND, TORQUE_ESTIMATE, IMPEDANCE_OFFSET)
+        )
+        self.writes = (
+            *(JOINT_STATE[part] for part in self._parts),
+            *(WRENCH[sensor] for sensor in self._sensors),
+            ROBOT_STATUS,
+        )
+
+    def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
+        """Take in set-points and torques, run the HAL one millisecond, publish what is due."""
+        self._serve(inputs, outputs)
+        self._take_inputs(now_ns, inputs)
+        self._hal.step(now_ns)
+        self._collect_tasks()
+        self._ticks += 1
+        self._publish(now_ns, outputs)
+
+    def close(self, now_ns: int, outputs: Outputs) -> None:  # noqa: ARG002
+        """Every axis idle, boards silent."""
+        self._hal.close(now_ns)
+
+    def _take_inputs(self, now_ns: int, inputs: Inputs) -> None:
+        for part, joints in self._parts.items():
+            command = inputs.new(JOINT_COMMAND[part])
+            if command is not None:
+                self._take_command(now_ns, part, joints, command)
+            estimate = inputs.new(TORQUE_ESTIMATE[part])
+            if estimate is not None:
+                self._hal.set_joint_torques(joints, estimate.tau_nm, estimate.arrival_ns)
+            offset = inputs.new(IMPEDANCE_OFFSET[part])
+            if offset is not None:
+                self._hal.set_impedance_offsets(joints, offset.tau_nm)
+
+    def _publish(self, now_ns: int, outputs: Outputs) -> None:
+        if self._ticks % STATE_EVERY_TICKS == 0:
+            for part, joints in self._parts.items():
+                outputs.put(JOINT_STATE[part], self._joint_state(now_ns, joints))
+        if self._ticks % self._wrench_every == 0:
+            for sensor in self._sensors:
+                samples = self._hal.take_samples(sensor)
+                if samples:
+                    outputs.put(WRENCH[sensor], averaged(now_ns, samples))
+        if self._ticks % STATUS_EVERY_TICKS == 0:
+            outputs.put(ROBOT_STATUS, self._status(now_ns))
+
+    def _serve(self, inputs: Inputs, outputs: Outputs) -> None:
+        for token, request in inputs.requests(ROBOT_CALL):
+            task = self._hal.request(
+                request.action, request.joints, request.value, request.q_rad, request.duration_s
+            )
+            self._last_task += 1
+            self._tasks[self._last_task] = task
+            refused = task.done and not task.ok
+            outputs.reply(
+                ROBOT_CALL, token, Reply(ok=not refused, reason=task.reason, task=self._last_task)
+            )
+
+    def _collect_tasks(self) -> None:
+        if not self._tasks:
+            return
+        for number, task in list(self._tasks.items()):
+            if task.done:
+                del self._tasks[number]
+                self._finished = max(self._finished, number)
+                if not task.ok:
+                    self._failures.append((number, f"{task.action}: {task.reason}"))
+                    del self._failures[:-FAILURES_KEPT]
+
+    def _take_command(
+        self, now_ns: int, part: str, joints: list[int], command: JointCommand
+    ) -> None:
+        if command.stamp_ns <= self._newest_command_ns[part]:
+            self._refusals["command out of order"] += 1
+            return
+        if now_ns - command.stamp_ns > COMMAND_AGE_NS:
+            self._refusals["command too old"] += 1
+            return
+        self._newest_command_ns[part] = command.stamp_ns
+        if command.mode == "direct":
+            self._hal.set_positions(joints, command.q_rad)
+        elif command.mode == "velocity":
+            self._hal.set_velocities(joints, command.dq_rad_s)
+        elif command.mode == "torque":
+            self._hal.set_torques(joints, command.tau_nm)
+        else:
+            self._refusals[f"unknown command mode {command.mode!r}"] += 1
+
+    def _joint_state(self, now_ns: int, joints: list[int]) -> JointState:
+        readings = self._hal.joints
+        return JointState(
+            stamp_ns=now_ns,
+            q_rad=tuple([readings.q_rad[j] for j in joints]),
+            dq_rad_s=tuple([readings.dq_rad_s[j] for j in joints]),
+            tau_nm=tuple([readings.tau_nm[j] for j in joints]),
+            control_mode=tuple([int(readings.control_mode[j]) for j in joints]),
+            compliant=tuple([readings.compliant[j] for j in joints]),
+            valid=all(self._hal.is_fresh(j, now_ns) for j in joints),
+        )
+
+    def _status(self, now_ns: int) -> RobotStatus:
+        status = self._hal.status()
+        refusals = Counter(dict(status.refusals)) + self._refusals
+        return RobotStatus(
+            stamp_ns=now_ns,
+            phase=status.phase,
+            calibrated=status.calibrated,
+            compliant=status.compliant,
+            faults=status.faults,
+            fault_count=status.fault_count,
+            frames_received=status.frames_received,
+            frames_sent=status.frames_sent,
+            frames_lost=status.frames_lost,
+            frames_dropped=status.frames_dropped,
+            drops=status.drops,
+            refused_commands=status.refused_commands + self._refusals.total(),
+            torque_loop_ms=status.torque_loop_ms,
+            foreign_frames=status.foreign_frames,
+            busy=status.busy or bool(self._tasks),
+            refusals=tuple(sorted(refusals.items())),
+            finished_task=self._finished,
+            failed_tasks=tuple(self._failures),
+        )
+
+
+def averaged(now_ns: int, samples: list[ForceTorqueSample]) -> Wrench:
+    """Mean of the samples of one publishing period; a single one is passed on as it is."""
+    newest = samples[-1]
+    if len(samples) == 1:
+        force, torque = newest.force_n, newest.torque_nm
+    else:
+        force = _mean([sample.force_n for sample in samples])
+        torque = _mean([sample.torque_nm for sample in samples])
+    return Wrench(
+        stamp_ns=now_ns,
+        force_n=force,
+        torque_nm=torque,
+        arrival_ns=newest.arrival_ns,
+        saturated=any(sample.saturated for sample in samples),
+        samples=len(samples),
+    )
+
+
+def _mean(rows: list[Vector3]) -> Vector3:
+    x, y, z = (sum(column) / len(rows) for column in zip(*rows, strict=True))
+    return (x, y, z)
+
+
+def build(context: Context) -> RobotService:
+    """Open every bus of the robot file."""
+    robot = load_robot(context.robot)
+    buses = {bus.number: context.open_bus(bus.number, bus.channel) for bus in robot.buses.values()}
+    return RobotService(robot, buses, robot.rates["wrench"].live_hz, context.clock.now_ns)
+
+
+if __name__ == "__main__":
+    raise SystemExit(run_process("robot", build))

@@ -1,0 +1,66 @@
+"""The whole robot in one process and in virtual time.
+
+Emulated boards, memory buses, every service of the stack.
+"""
+
+from collections.abc import Mapping
+
+from firmware_sim.rig import Rig
+from hal.buses.memory import MemoryBus, MemoryNetwork
+from services.boards import Boards
+from services.cartesian import Cartesian
+from services.core.clock import NS_PER_MS, VirtualClock
+from services.core.service import Service
+from services.core.virtual import VirtualExecutor
+from services.dynamics import Dynamics
+from services.emulation import rig_spec
+from services.field import Field
+from services.guard import GuardService
+from services.ik import Ik
+from services.robot import RobotService
+from services.robot_tables import RobotFile
+
+
+class Simulation:
+    """Composition and executor.
+
+    Rows in the order of the process table; the guests, such as a job, come last.
+    """
+
+    def __init__(
+        self,
+        robot: RobotFile,
+        seed: int = 0,
+        hop_ticks: int = 1,
+        guests: Mapping[str, Service] | None = None,
+        replaced: Mapping[str, Service] | None = None,
+    ) -> None:
+        """Build everything.
+
+        Args:
+            robot: the robot file.
+            seed: draws plant masses and levers, sensor noise and offset.
+            hop_ticks: what one hop between two processes costs, in ms.
+            guests: services beside the stack.
+            replaced: services that take the place of the stack's own, by process name.
+        """
+        self.clock = VirtualClock()
+        self.network = MemoryNetwork(self.clock, hop_ticks * NS_PER_MS)
+        self.rig = Rig(rig_spec(robot, seed))
+        stack: dict[str, Service] = {
+            "boards": Boards(self.rig, self._buses(robot)),
+            "robot": RobotService(robot, self._buses(robot), robot.rates["wrench"].virtual_hz),
+            "guard": GuardService(robot, self._buses(robot)),
+            "dynamics": Dynamics(robot),
+            "ik": Ik(robot),
+            "cartesian": Cartesian(robot),
+            "field": Field(robot),
+        }
+        stack.update(replaced or {})
+        stack.update(guests or {})
+        self.services = stack
+        self.executor = VirtualExecutor(self.clock, stack, hop_ticks)
+
+    def _buses(self, robot: RobotFile) -> dict[int, MemoryBus]:
+        """A handle of its own on every bus, for one process."""
+        return {bus.number: MemoryBus(self.network, bus.channel) for bus in robot.buses.values()}

@@ -1,0 +1,52 @@
+"""The one place that names streams and requests, with their rates.
+
+Keys are `<robot>/<place>/<name>`; `place` is a part, a sensor or a service.
+"""
+
+from services.core.stream import Call, PlacedStream, Stream
+from services.messages import (
+    CartesianStatus,
+    DynamicsStatus,
+    FtRequest,
+    Goal,
+    IkSolution,
+    ImpedanceOffset,
+    JointCommand,
+    JointState,
+    Objects,
+    PlantTruth,
+    PushRequest,
+    Reply,
+    RobotRequest,
+    RobotStatus,
+    ServiceStats,
+    TorqueEstimate,
+    VirtualPoint,
+    Wrench,
+)
+
+# per part
+JOINT_STATE = PlacedStream("joint_state", JointState, rate_hz=500)
+JOINT_COMMAND = PlacedStream("joint_command", JointCommand, rate_hz=100)
+TORQUE_ESTIMATE = PlacedStream("torque_estimate", TorqueEstimate, rate_hz=1000)
+IMPEDANCE_OFFSET = PlacedStream("impedance_offset", ImpedanceOffset, rate_hz=100)
+
+# per FT sensor; live rate in the robot file's [rates]
+WRENCH = PlacedStream("wrench", Wrench, rate_hz=1000)
+
+# per process
+STATS = PlacedStream("stats", ServiceStats, rate_hz=1)
+
+GOAL = Stream("field/goal", Goal, rate_hz=0)
+OBJECTS = Stream("field/objects", Objects, rate_hz=0)
+VIRTUAL_POINT = Stream("field/virtual_point", VirtualPoint, rate_hz=100)
+IK_SOLUTION = Stream("ik/ik_solution", IkSolution, rate_hz=100)
+DYNAMICS_STATUS = Stream("dynamics/status", DynamicsStatus, rate_hz=20)
+CARTESIAN_STATUS = Stream("cartesian/status", CartesianStatus, rate_hz=100)
+ROBOT_STATUS = Stream("robot/status", RobotStatus, rate_hz=100)
+PLANT_TRUTH = Stream("boards/plant_truth", PlantTruth, rate_hz=200)
+
+ROBOT_CALL = Call("robot/request", RobotRequest, Reply)
+GUARD_CALL = Call("guard/request", RobotRequest, Reply)
+FT_CALL = Call("dynamics/zero_ft", FtRequest, Reply)
+PUSH_CALL = Call("boards/push", PushRequest, Reply)

@@ -1,0 +1,64 @@
+"""Drives against values worked out by hand."""
+
+import numpy as np
+import pytest
+
+from firmware_sim.description import MotorSpec
+from firmware_sim.motor import Drives
+
+# 36 V, 1 ohm, 4.7 Nm/A at the joint: the shoulder
+SHOULDER = MotorSpec(
+    supply_v=36.0,
+    torque_constant_nm_a=0.047,
+    resistance_ohm=1.0,
+    gear=100.0,
+    rotor_inertia_kg_m2=1e-5,
+    coulomb_nm=1.0,
+    viscous_nms_rad=0.5,
+)
+
+
+def drives(enabled: bool = True, polarity: int = 1) -> Drives:
+    made = Drives([SHOULDER, SHOULDER], [800, 1333], [polarity, polarity])
+    made.power((enabled, enabled))
+    return made
+
+
+def test_stalled_motor_takes_supply_over_resistance_at_full_pwm() -> None:
+    still = np.zeros(2)
+    assert drives().current_a(np.array([800.0, 1333.0]), still) == pytest.approx([36.0, 36.0])
+
+
+def test_torque_per_count_follows_the_boards_full_count() -> None:
+    still = np.zeros(2)
+    torque = drives().torque_nm(np.array([1.0, 1.0]), still)
+    assert torque == pytest.approx([4.7 * 36 / 800, 4.7 * 36 / 1333])
+
+
+def test_motor_at_no_load_speed_takes_no_current() -> None:
+    no_load_rad_s = 36.0 / 4.7
+    current = drives().current_a(np.array([800.0, 1333.0]), np.full(2, no_load_rad_s))
+    assert current == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_enabled_bridge_without_pwm_brakes() -> None:
+    torque = drives().torque_nm(np.zeros(2), np.full(2, 0.1))
+    assert torque == pytest.approx([-0.1 * 4.7**2, -0.1 * 4.7**2])
+
+
+def test_open_bridge_neither_drives_nor_brakes() -> None:
+    off = drives(enabled=False)
+    assert off.torque_nm(np.zeros(2), np.full(2, 3.0)).tolist() == [0.0, 0.0]
+    assert off.current_a(np.zeros(2), np.full(2, 3.0)).tolist() == [0.0, 0.0]
+    assert off.damping_nms_rad.tolist() == [0.5, 0.5]  # the gear still has its friction
+
+
+def test_negative_polarity_turns_torque_and_keeps_the_current_in_the_pwms_sign() -> None:
+    turned = drives(polarity=-1)
+    pwm, speed = np.array([80.0, 80.0]), np.array([-0.2, -0.2])
+    assert turned.torque_nm(pwm, speed) == pytest.approx(-drives().torque_nm(pwm, -speed))
+    assert turned.current_a(pwm, speed) == pytest.approx(drives().current_a(pwm, -speed))
+
+
+def test_rotor_inertia_is_seen_through_the_gear_squared() -> None:
+    assert drives().rotor_kg_m2 == pytest.approx([0.1, 0.1])

@@ -1,0 +1,52 @@
+"""A process that plays the robot: ready until it is told to stop, then 0.2 s to come down."""
+
+from services.core.live import Context, run_process
+from services.core.service import Inputs, Outputs, Period, Service
+from services.messages import Reply, RobotStatus
+from services.streams import ROBOT_CALL, ROBOT_STATUS
+
+DOWN_IN_NS = 200_000_000
+
+
+class ToyRobot(Service):
+    writes = (ROBOT_STATUS,)
+    serves = (ROBOT_CALL,)
+    trigger = Period(0.01)
+
+    def __init__(self) -> None:
+        self._phase = "ready"
+        self._down_at_ns = 0
+        self._orders: list[str] = []
+
+    def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
+        for token, request in inputs.requests(ROBOT_CALL):
+            self._orders.append(request.action)
+            self._phase = "stopping"
+            self._down_at_ns = now_ns + DOWN_IN_NS
+            outputs.reply(ROBOT_CALL, token, Reply(ok=True))
+        if self._phase == "stopping" and now_ns >= self._down_at_ns:
+            self._phase = "idle"
+        outputs.put(ROBOT_STATUS, status(now_ns, self._phase, self._orders))
+
+
+def status(now_ns: int, phase: str, orders: list[str]) -> RobotStatus:
+    return RobotStatus(
+        stamp_ns=now_ns,
+        phase=phase,
+        calibrated=True,
+        compliant=(),
+        faults=tuple(orders),
+        fault_count=0,
+        frames_received=0,
+        frames_sent=0,
+        frames_lost=0,
+        frames_dropped=0,
+    )
+
+
+def build(context: Context) -> ToyRobot:  # noqa: ARG001
+    return ToyRobot()
+
+
+if __name__ == "__main__":
+    raise SystemExit(run_process("robot", build))

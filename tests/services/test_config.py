@@ -1,0 +1,125 @@
+"""The robot file: what it gives, and how a wrong one is refused."""
+
+import copy
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from services.config import load_robot, parse_robot, robots_folder
+from services.core.errors import ConfigError
+from services.wiring import joint_limits_deg, robot_description
+
+PATH = Path("robot.toml")
+
+
+@pytest.fixture
+def raw() -> dict[str, Any]:
+    text = (robots_folder() / "icub" / "robot.toml").read_text(encoding="utf-8")
+    return copy.deepcopy(tomllib.loads(text))
+
+
+def refusal(raw: dict[str, Any]) -> str:
+    with pytest.raises(ConfigError) as caught:
+        parse_robot(raw, PATH)
+    return str(caught.value)
+
+
+def test_describes_torso_and_right_arm() -> None:
+    description = robot_description(load_robot("icub"))
+    assert [joint.name for joint in description.joints][:4] == [
+        "torso_pitch",
+        "torso_roll",
+        "torso_yaw",
+        "r_shoulder_pitch",
+    ]
+    wrist_yaw = description.joints[-1]
+    assert (wrist_yaw.bus, wrist_yaw.address, wrist_yaw.axis) == (2, 4, 0)
+    assert {(b.bus, b.address) for b in description.boards} == {
+        (0, 5), (0, 6), (2, 1), (2, 2), (2, 3), (2, 13)
+    }  # fmt: skip
+
+
+def test_firmware_numbers_are_bcd_words() -> None:
+    boards = {board.name: board for board in robot_description(load_robot("icub")).boards}
+    assert boards["r_elbow"].firmware == (0x02, 0x57)
+
+
+def test_shoulder_boards_broadcast_their_duty() -> None:
+    boards = {board.name: board for board in robot_description(load_robot("icub")).boards}
+    assert boards["r_shoulder"].broadcast[0] & 0x37 == 0x37
+    assert boards["waist"].broadcast[0] & 0x37 == 0x35
+
+
+def test_limits_are_the_intersection_with_the_model() -> None:
+    robot = load_robot("icub")
+    assert joint_limits_deg(robot, "r_wrist_prosup") == pytest.approx((-50.0, 50.0), abs=1e-3)
+    assert joint_limits_deg(robot, "r_elbow") == (15.0, 106.0)
+
+
+def test_torque_max_is_the_virtual_sensor_s_full_scale() -> None:
+    joints = {joint.name: joint for joint in robot_description(load_robot("icub")).joints}
+    source = joints["r_elbow"].torque_source
+    assert source is not None
+    assert (source.address, source.channel, source.full_scale_nm) == (12, 3, 8.0)
+    assert joints["r_wrist_pitch"].torque_source is None
+
+
+def test_unknown_key_is_named_with_the_allowed_ones(raw: dict[str, Any]) -> None:
+    raw["joints"]["r_elbow"]["ticks_per_rad"] = 1.0
+    message = refusal(raw)
+    assert "robot.toml: joints.r_elbow.ticks_per_rad: unknown key" in message
+    assert "ticks_per_deg" in message
+
+
+def test_wrong_unit_in_a_nested_table_is_named(raw: dict[str, Any]) -> None:
+    raw["joints"]["r_elbow"]["impedance"] = {"stiffness_nm_rad": 20.0, "damping_nms_deg": 0.03}
+    message = refusal(raw)
+    assert "joints.r_elbow.impedance.stiffness_nm_rad: unknown key" in message
+    assert "stiffness_nm_deg" in message
+
+
+def test_wrong_type_is_named(raw: dict[str, Any]) -> None:
+    raw["joints"]["r_elbow"]["zero_deg"] = "180"
+    assert "joints.r_elbow.zero_deg" in refusal(raw)
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "value", "expected"),
+    [
+        ("boards", "type", "bll3", "boards.r_elbow.type"),
+        ("boards", "bus", "left_arm", "allowed: head_torso, right_arm"),
+        ("boards", "address", 15, "15 is outside 1..14"),
+        ("boards", "address", 4, "r_forearm"),
+        ("boards", "firmware", "two", "major.minor"),
+        ("joints", "motor", "big", "unknown name 'big'; allowed: torso"),
+        ("joints", "axis", 2, "2 is outside 0..1"),
+        ("joints", "limits_deg", [106.0, 15.0], "is not below"),
+        ("joints", "ticks_per_deg", -11.375, "positive feedback"),
+    ],
+)
+def test_wrong_value_is_refused(
+    raw: dict[str, Any], table: str, key: str, value: object, expected: str
+) -> None:
+    raw[table]["r_elbow"][key] = value
+    assert expected in refusal(raw)
+
+
+def test_missing_and_unknown_tables_are_named(raw: dict[str, Any]) -> None:
+    rows = raw.pop("rows")
+    assert "rows: this table is missing" in refusal(raw)
+    raw["rows"], raw["row"] = rows, rows
+    assert "row: unknown table; allowed: robot" in refusal(raw)
+
+
+def test_unknown_robot_lists_the_known_ones() -> None:
+    with pytest.raises(ConfigError, match="known robots: icub"):
+        load_robot("coman")
+
+
+def test_invalid_toml_names_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "robot.toml"
+    path.write_text("[robot", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"robot\.toml: not valid TOML"):
+        load_robot(str(path))
