@@ -1,4 +1,4 @@
-"""A push of 20 N on the hand of the compliant arm: it gives way as the commanded stiffness says, and comes back."""
+"""The robot must give way to a push of 20 N as its commanded stiffness says, and come back."""
 
 import sys
 from collections.abc import Iterable
@@ -45,8 +45,9 @@ def push_rows(robot: RobotFile, seeds: Iterable[int]) -> list[Row]:
 def deflection_ratio(robot: RobotFile, recording: Recording, force_n: Vector) -> float:
     """Hand displacement at the end of the push, along the one predicted, over the predicted one."""
     trace = recording.trace
-    before, during = _mean_at(recording, recording.push_begin_ns), _mean_at(
-        recording, recording.push_end_ns
+    before, during = (
+        _mean_at(recording, recording.push_begin_ns),
+        _mean_at(recording, recording.push_end_ns),
     )
     begin_s = _seconds(recording, recording.push_begin_ns)
     start = np.searchsorted(trace.time_s, begin_s) - 1
@@ -55,7 +56,7 @@ def deflection_ratio(robot: RobotFile, recording: Recording, force_n: Vector) ->
 
 
 def predicted_deflection_m(robot: RobotFile, q_rad: Vector, force_n: Vector) -> Vector:
-    """Where the springs of the compliant joints meet the force: q = q0 + K^-1 J(q)' F, shape (3,)."""
+    """Where the compliant springs meet the force, q = q0 + K^-1 J(q)' F: hand shift (3,)."""
     model = limb_model(robot)
     compliance = np.zeros(len(robot.chain))
     for name in robot.reach.compliant:

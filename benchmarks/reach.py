@@ -1,4 +1,4 @@
-"""Every figure of the main job: ten seeds compliant and stiff, repeatability, speed, the push, the inner loop.
+"""Every figure of the main job: ten seeds, repeatability, speed, the push, the inner loop.
 
     python -m benchmarks.reach [--json FILE] [--seeds N] [--short]
 
@@ -17,6 +17,7 @@ import numpy as np
 from benchmarks.push import push_rows
 from benchmarks.rows import Row, at_least, at_most, publish
 from dforc.cartesian import CartesianParams
+from dforc.outer_correction import CorrectionParams
 from services.cartesian import Cartesian
 from services.cli.demo import COMPLIANT_BAR_M, STIFF_BAR_M
 from services.config import load_robot
@@ -76,7 +77,9 @@ def seed_rows(robot: RobotFile, name: str, seeds: Iterable[int], *, stiff: bool)
     reports = [outcome.report for outcome in outcomes]
     rows = bars(name, reports, bar_m)
     rest = [rest_speed_deg_s(outcome) for outcome in outcomes]
-    rows.append(at_most(f"{name}: joint speed at rest, largest", max(rest), "deg/s", REST_BAR_DEG_S))
+    rows.append(
+        at_most(f"{name}: joint speed at rest, largest", max(rest), "deg/s", REST_BAR_DEG_S)
+    )
     return rows
 
 
@@ -150,9 +153,8 @@ def slow_hop_rows(robot: RobotFile, seeds: Iterable[int]) -> list[Row]:
 
 def ablation_rows(robot: RobotFile, seeds: Iterable[int]) -> list[Row]:
     """What the compliant arm loses without its outer loop, and without gravity compensation."""
-    still = CartesianParams(
-        trajectory_time_s=robot.reach.trajectory_time_s, outer_gain_per_s=0.0
-    )
+    still = CartesianParams(trajectory_time_s=robot.reach.trajectory_time_s,
+        correction=CorrectionParams(gain_per_s=0.0),)
     cases: tuple[tuple[str, float, float, Callable[[], dict[str, Service]]], ...] = (
         (
             "outer loop off: error shows the friction limit",

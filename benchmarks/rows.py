@@ -1,4 +1,4 @@
-"""What every benchmark and experiment prints and writes: rows of name, value, unit, bar and whether it holds."""
+"""What every benchmark prints and writes: rows of name, value, unit, bar and whether it holds."""
 
 import json
 from dataclasses import asdict, dataclass

@@ -1,14 +1,14 @@
-"""Force field that moves a virtual point to the goal and around obstacles (DForC III-B, eqs. 3 to 5).
+"""Force field that moves a virtual point to the goal and around obstacles (DForC, eqs. 3 to 5).
 
 Eq. 3  F_target   = K (x_t - x) - D dx, unit mass.
 Eq. 4  F_obstacle = G exp(-(x - x_c)' Sigma^-1 (x - x_c)) (x - x_c) / |x - x_c|.
 Eq. 5  F_obstacle is zero outside the ellipsoid (x - x_c)' Sigma^-1 (x - x_c) = 1.
 
-Sigma = R diag(r^2) R', with the semi-axes r and the rotation R of the obstacle. (The paper's "diagonal
-equal to the radius" is off by its unit: taken literally, a ball of 50 mm acts as one of 224 mm.)
-The truncated force begins only inside the ellipsoid, so an obstacle that is in the way is always
-entered a little. Here r is the obstacle's semi-axis plus an explicit margin: what is entered is the
-margin, not the obstacle.
+Sigma = R diag(r^2) R', with the semi-axes r and the rotation R of the obstacle. (The paper's
+"diagonal equal to the radius" is off by its unit: taken literally, a ball of 50 mm acts as one of
+224 mm.) The truncated force begins only inside the ellipsoid, so an obstacle that is in the way is
+always entered a little. Here r is the obstacle's semi-axis plus an explicit margin: what is
+entered is the margin, not the obstacle.
 
 Positions in m in one frame (the robot's base), velocities in m/s, forces in N on a mass of 1 kg.
 """
@@ -37,8 +37,8 @@ class FieldParams:
     """Constants of the field.
 
     DELIBERATE: the papers' K = 4 N/m, D = 8 Ns/m have poles at -0.54 and -7.46 1/s: 7.8 s to come
-    within 5 mm of a target 0.3 m away, and 2 s of lag behind a moving one. K = 9, D = 6 is critically
-    damped (both poles at -3 1/s): 2.0 s and 0.67 s.
+    within 5 mm of a target 0.3 m away, and 2 s of lag behind a moving one. K = 9, D = 6 is
+    critically damped (both poles at -3 1/s): 2.0 s and 0.67 s.
     """
 
     stiffness_n_m: float = 9.0
@@ -55,7 +55,7 @@ class FieldParams:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ellipsoid:
-    """An obstacle: centre and semi-axes (without margin) [m]; columns of `rotation` are its axes."""
+    """An obstacle: centre and semi-axes, without margin [m]; its axes are columns of `rotation`."""
 
     centre_m: Triple
     semi_axes_m: Triple
@@ -92,9 +92,7 @@ def step(
     fx, fy, fz = force(state, goal_m, obstacles, params)
     (x, y, z), (u, v, w) = state.position_m, state.velocity_m_s
     u, v, w = u + dt_s * fx, v + dt_s * fy, w + dt_s * fz
-    return PointState(
-        position_m=(x + dt_s * u, y + dt_s * v, z + dt_s * w), velocity_m_s=(u, v, w)
-    )
+    return PointState(position_m=(x + dt_s * u, y + dt_s * v, z + dt_s * w), velocity_m_s=(u, v, w))
 
 
 def force(
@@ -142,8 +140,8 @@ def _ellipsoidal(dx: float, dy: float, dz: float, obstacle: Ellipsoid, margin_m:
 def _sideways(repulsion_n: Triple, to_goal_m: Triple) -> Triple:
     """A small force across the line centre-goal where the obstacle stands exactly in the way.
 
-    DELIBERATE: not in the paper, whose field has an unstable equilibrium there: the point chatters in
-    front of the obstacle and never arrives. The direction is fixed, so that runs repeat.
+    DELIBERATE: not in the paper, whose field has an unstable equilibrium there: the point chatters
+    in front of the obstacle and never arrives. The direction is fixed, so that runs repeat.
     """
     rx, ry, rz = repulsion_n
     px, py, pz = to_goal_m

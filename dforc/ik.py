@@ -1,4 +1,4 @@
-"""Inverse kinematics as constrained optimisation: eq. 1 of DForC, eq. 11 of the force control paper.
+"""Inverse kinematics as optimisation: eq. 1 of DForC, eq. 11 of the force control paper.
 
     q* = argmin |alpha_d - K_alpha(q)|^2 + beta (q_rest - q)' W (q_rest - q)
     subject to |x_d - K_x(q)|^2 <= eps,  q_L <= q <= q_U,  row_L <= A q <= row_U
@@ -21,9 +21,10 @@ from typing import Protocol
 import numpy as np
 
 from dforc.arrays import ArrayLike, Matrix, Vector, constant, finite_vector
-from dforc.errors import LimitsError, NotFiniteError, ShapeError
+from dforc.errors import LimitsError
+from dforc.ik_request import IkRequest, RequestCheck
 from dforc.limits import JointLimits
-from dforc.path_following import Constraints, OptimalPoint, PathFollower
+from dforc.path_following import OptimalPoint, PathFollower
 from dforc.reaching import Reached, ReachingSolver
 from dforc.robot_model import ChainElement
 from dforc.rotation import angle_between
@@ -33,11 +34,10 @@ from dforc.symbolic.kinematics import symbolic_chain
 from dforc.symbolic.reaching import nearest_problem, optimality_function, reaching_problem
 
 NEAREST_WEIGHT = 1e4  # 1/m^2: ends within 0.1 mm of the smallest distance (measured, ik reference)
-ROW_MARGIN_RAD = 1e-7  # rows are kept this far inside, so that rounding never crosses one
 UNCHANGED = 1e-9  # m, rad: a request that differs by less gets the last answer again
-SAME_PATH_M = 0.1  # an infeasible target that moved less is taken as infeasible still
+SAME_PATH = 0.1  # m, matrix elements: a target that moved less is followed, else searched for
 MEMORY_RAD = 1e-6  # a start this close to the last answer continues it
-ORTHOGONAL = 1e-6  # how far R_d R_d' may be from the identity
+ROUNDING = 1e-3  # share of the position tolerance
 
 
 class IkStatus(StrEnum):
@@ -84,25 +84,10 @@ class KinematicModel(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Request:
-    """One call of `solve`, checked."""
-
-    position_m: Vector
-    rotation: Matrix
-    q_start: Vector  # inside limits and rows
-    parameters: Vector
-    constraints: Constraints
-
-    def same_target(self, other: "_Request", tolerance: float) -> bool:
-        a = np.abs(self.parameters[:12] - other.parameters[:12])
-        return bool(a.max() <= tolerance)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class _Memory:
     """The last request and its answer."""
 
-    request: _Request
+    request: IkRequest
     result: IkResult
     point: OptimalPoint | None
 
@@ -136,18 +121,17 @@ class InverseKinematics:
         evaluation = BufferedFunction(optimality_function(chain))
         self._exact = ReachingSolver(
             PathFollower(evaluation, tolerance_m, None),
-            IpoptSolver("reaching", reaching_problem(chain, limits.A), cap),
+            IpoptSolver("reaching", reaching_problem(chain, limits.rows), cap),
             tolerance_m,
             None,
         )
         self._nearest = ReachingSolver(
             PathFollower(evaluation, tolerance_m, NEAREST_WEIGHT),
-            IpoptSolver("nearest", nearest_problem(chain, limits.A, NEAREST_WEIGHT), cap),
+            IpoptSolver("nearest", nearest_problem(chain, limits.rows, NEAREST_WEIGHT), cap),
             tolerance_m,
             NEAREST_WEIGHT,
         )
-        self._A = limits.A
-        self.set_limits(limits)
+        self._limits = limits
         self.set_rest(rest_rad, rest_weights)
 
     def set_rest(self, rest_rad: ArrayLike, rest_weights: ArrayLike) -> None:
@@ -157,17 +141,15 @@ class InverseKinematics:
         if weights.min() < 0.0:
             raise LimitsError(f"rest weights must not be negative: {weights.tolist()}")
         self._posture = constant(np.concatenate([rest, self._settings.beta * weights]))
+        self._check = RequestCheck(self._limits, self._posture)
         self.reset()
 
     def set_limits(self, limits: JointLimits) -> None:
         """Change joint ranges and row bounds from the next solve on; A must be the same."""
-        if limits.n != self._model.n or not np.array_equal(limits.A, self._A):
+        if limits.n != self._model.n or not np.array_equal(limits.C, self._limits.C):
             raise LimitsError("the rows' matrix and the joints are fixed when the solver is built")
-        C, lower, upper = limits.stacked()
-        margin = np.minimum(ROW_MARGIN_RAD, 0.25 * (upper - lower))
-        margin[: limits.n] = 0.0
         self._limits = limits
-        self._stacked = (C, lower + margin, upper - margin)
+        self._check = RequestCheck(limits, self._posture)
         self.reset()
 
     def reset(self) -> None:
@@ -191,8 +173,9 @@ class InverseKinematics:
         Args:
             position_m: x_d (3,).
             rotation: R_d (3, 3).
-            q_start_rad: where the search starts and the joint step is counted from (n,): the previous answer while
-                tracking, the present posture at first. Brought inside the limits if it is outside.
+            q_start_rad: where the search starts and the joint step is counted from (n,): the
+                previous answer while tracking, the present posture at first. It is brought inside
+                the limits if it is outside.
             step_limit_rad: largest change of each joint against q_start (scalar or (n,)).
             blocked: joints held at q_start (n,); None = all free.
 
@@ -200,7 +183,7 @@ class InverseKinematics:
             NotFiniteError: NaN or infinity in the arguments; the solver's memory is unchanged.
             ShapeError: R_d is no rotation, or a vector has another length.
         """
-        request = self._request(position_m, rotation, q_start_rad, step_limit_rad, blocked)
+        request = self._check.request(position_m, rotation, q_start_rad, step_limit_rad, blocked)
         if self._memory is not None and self._is_answered(request, self._memory):
             return self._memory.result
         reached, status = self._search(request)
@@ -208,27 +191,35 @@ class InverseKinematics:
         self._memory = _Memory(request, result, reached.point)
         return result
 
-    def _search(self, request: _Request) -> tuple[Reached, IkStatus]:
-        memory = self._memory
+    def _search(self, request: IkRequest) -> tuple[Reached, IkStatus]:
         p, constraints = request.parameters, request.constraints
-        start = None
-        if memory is not None:
-            if np.abs(request.q_start - memory.result.q_rad).max() <= MEMORY_RAD:
-                start = memory.point
-            was_infeasible = memory.result.status is IkStatus.INFEASIBLE
-            if start and was_infeasible and request.same_target(memory.request, SAME_PATH_M):
+        start = self._continued(request)
+        if start is not None:
+            memory = self._memory
+            lost = memory is not None and memory.result.status is IkStatus.INFEASIBLE
+            followed = None if lost else self._exact.follow(start, p, constraints)
+            if followed is not None:
+                return followed, IkStatus.CONVERGED
+            # Within a bounded step IPOPT would find no other posture than this nearest one.
+            if lost or request.step_bounded:
                 return self._search_nearest(request, request.q_start, start)
-        reached = self._exact.follow(start, p, constraints)
-        reached = reached or self._exact.search(request.q_start, p, constraints)
-        if reached.point is not None and self._reaches(reached, request):
+        reached = self._exact.search(request.q_start, p, constraints)
+        if reached.point is not None:
             return reached, IkStatus.CONVERGED
         q = reached.q if np.isfinite(reached.q).all() else request.q_start
         nearest, status = self._search_nearest(request, q, None)
         total = reached.iterations + nearest.iterations
         return Reached(nearest.q, nearest.point, total), status
 
+    def _continued(self, request: IkRequest) -> OptimalPoint | None:
+        """The last optimal point, if this request goes on from there."""
+        memory = self._memory
+        if memory is None or np.abs(request.q_start - memory.result.q_rad).max() > MEMORY_RAD:
+            return None
+        return memory.point if request.target_moved(memory.request) <= SAME_PATH else None
+
     def _search_nearest(
-        self, request: _Request, q: Vector, start: OptimalPoint | None
+        self, request: IkRequest, q: Vector, start: OptimalPoint | None
     ) -> tuple[Reached, IkStatus]:
         """The nearest posture; where that turns out to reach, the answer of eq. 11 from there."""
         p, constraints = request.parameters, request.constraints
@@ -249,7 +240,7 @@ class InverseKinematics:
         total = nearest.iterations + exact.iterations
         return Reached(exact.q, exact.point, total), IkStatus.CONVERGED
 
-    def _verified(self, request: _Request, reached: Reached, status: IkStatus) -> IkResult:
+    def _verified(self, request: IkRequest, reached: Reached, status: IkStatus) -> IkResult:
         """The answer as the caller may use it: finite, inside everything, with its true errors."""
         n = self._model.n
         lower, upper = request.constraints.lower[:n], request.constraints.upper[:n]
@@ -263,70 +254,23 @@ class InverseKinematics:
                 q = request.q_start.copy()
                 R, p = self._model.tip_pose(q)
                 error_m = float(np.linalg.norm(p - request.position_m))
-        elif status is IkStatus.CONVERGED and not self._within_tolerance(error_m):
-            status = IkStatus.INFEASIBLE
-        at_lower = (q - lower < UNCHANGED) & (lower > self._limits.lower_rad + UNCHANGED)
-        at_upper = (upper - q < UNCHANGED) & (upper < self._limits.upper_rad - UNCHANGED)
-        limited = bool(((at_lower | at_upper) & (upper - lower > UNCHANGED)).any())
+        else:
+            reaches = error_m <= self._settings.position_tolerance_m * (1.0 + ROUNDING)
+            status = IkStatus.CONVERGED if reaches else IkStatus.INFEASIBLE
+        confined = request.confining(q, self._limits)
+        limited = bool((confined & (upper - lower > UNCHANGED)).any())
         angle_rad = angle_between(R, request.rotation)
         return IkResult(constant(q), status, error_m, angle_rad, reached.iterations, limited)
 
-    def _is_answered(self, request: _Request, memory: _Memory) -> bool:
+    def _is_answered(self, request: IkRequest, memory: _Memory) -> bool:
         before, result = memory.request, memory.result
-        if result.status is IkStatus.OUT_OF_TIME or not request.same_target(before, UNCHANGED):
+        if result.status is IkStatus.OUT_OF_TIME or request.target_moved(before) > UNCHANGED:
             return False
         unmoved = np.abs(request.q_start - before.q_start).max() <= UNCHANGED
         arrived = np.abs(request.q_start - result.q_rad).max() <= UNCHANGED
-        if arrived and not result.step_limited:
+        if arrived and not before.confining(result.q_rad, self._limits).any():
             return True
-        same_range = np.array_equal(request.constraints.lower, before.constraints.lower)
-        same_range = same_range and np.array_equal(
-            request.constraints.upper, before.constraints.upper
-        )
-        return bool(unmoved and same_range)
+        return bool(unmoved) and request.same_range(before)
 
-    def _request(
-        self,
-        position_m: ArrayLike,
-        rotation: Matrix,
-        q_start_rad: ArrayLike,
-        step_limit_rad: float | ArrayLike,
-        blocked: Sequence[bool] | None,
-    ) -> _Request:
-        n = self._model.n
-        position = finite_vector("target position", position_m, 3)
-        q_start = finite_vector("start posture", q_start_rad, n)
-        R = _checked_rotation(rotation)
-        if self._limits.violation(q_start) > 0.0:
-            q_start = self._limits.project(q_start)
-        step = np.broadcast_to(np.asarray(step_limit_rad, dtype=np.float64), (n,))
-        if not (step >= 0.0).all():  # also catches NaN
-            raise NotFiniteError(f"joint step must be >= 0, not {step.tolist()}")
-        if blocked is not None:
-            step = np.where(np.asarray(blocked, dtype=bool), 0.0, step)
-        C, lower, upper = self._stacked
-        lower, upper = lower.copy(), upper.copy()
-        lower[:n] = np.maximum(lower[:n], q_start - step)
-        upper[:n] = np.minimum(upper[:n], q_start + step)
-        parameters = np.concatenate([position, R.flatten("F"), self._posture])
-        return _Request(position, R, q_start, parameters, Constraints(C, lower, upper))
-
-    def _distance(self, q: Vector, request: _Request) -> float:
+    def _distance(self, q: Vector, request: IkRequest) -> float:
         return float(np.linalg.norm(self._model.tip_pose(q)[1] - request.position_m))
-
-    def _reaches(self, reached: Reached, request: _Request) -> bool:
-        return self._within_tolerance(self._distance(reached.q, request))
-
-    def _within_tolerance(self, error_m: float) -> bool:
-        return error_m <= self._settings.position_tolerance_m * (1.0 + 1e-3)
-
-
-def _checked_rotation(rotation: Matrix) -> Matrix:
-    R = np.array(rotation, dtype=np.float64)
-    if R.shape != (3, 3):
-        raise ShapeError(f"target rotation has shape {R.shape}, expected (3, 3)")
-    if not np.isfinite(R.sum()):
-        raise NotFiniteError(f"target rotation is not finite: {R.tolist()}")
-    if np.abs(R @ R.T - np.eye(3)).max() > ORTHOGONAL or np.linalg.det(R) < 0.0:
-        raise ShapeError(f"target rotation is no rotation matrix: {R.tolist()}")
-    return R

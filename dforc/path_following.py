@@ -1,15 +1,16 @@
 """Newton's method on the optimality conditions of the reaching problem, to follow a moving target.
 
-IPOPT spends about 0.2 ms per iteration on its own book-keeping, most of it to find out which limits
-are active. While a target moves a few millimetres per tick these rarely change, and a few Newton steps
-on the Karush-Kuhn-Tucker conditions of the same problem from the previous answer reach IPOPT's tolerance:
+IPOPT spends about 0.2 ms per iteration on its own book-keeping, most of it to find out which
+limits are active. While a target moves a few millimetres per tick these rarely change, and a few
+Newton steps on the Karush-Kuhn-Tucker conditions of the same problem from the previous answer
+reach IPOPT's tolerance:
 
     grad f + J' y + N' nu = 0,   x(q) = r,   N q = b,   nu of the right sign, all other limits kept
 
-where eq. 11's condition |x|^2 <= eps is active, so its multiplier lambda gives y = 2 lambda x and the
-residual r = sqrt(eps) y / |y|. The nearest-point problem has no such condition; there
-y = 2 weight x(q) is part of the gradient. A step that leaves the neighbourhood, or an answer that is
-no minimum, is given up (None): the caller then asks IPOPT.
+where eq. 11's condition |x|^2 <= eps is active, so its multiplier lambda gives y = 2 lambda x and
+the residual r = sqrt(eps) y / |y|. The nearest-point problem has no such condition; there y = 2
+weight x(q) is part of the gradient. A step that leaves the neighbourhood, or an answer that is no
+minimum, is given up (None): the caller then asks IPOPT.
 """
 
 from dataclasses import dataclass
@@ -50,7 +51,7 @@ class Constraints:
     upper: Vector
 
     def fixed(self) -> frozenset[int]:
-        """Constraints that leave no choice, such as blocked joints: held whatever their multiplier."""
+        """Constraints without choice, such as blocked joints: held whatever their multiplier."""
         return frozenset(np.flatnonzero(self.upper - self.lower <= OUTSIDE).tolist())
 
 
@@ -134,7 +135,7 @@ def _constrained_step(
     held: Held,
     fixed: frozenset[int],
 ) -> tuple[Vector, Vector, Held] | None:
-    """Newton step dq, multipliers of E, and the limits held at its end; None if these do not settle."""
+    """Newton step dq, multipliers of E, limits held at its end; None if these do not settle."""
     C, lower, upper = constraints.C, constraints.lower, constraints.upper
     n, e = len(q), len(E)
     held = dict(held)
@@ -156,7 +157,7 @@ def _constrained_step(
             bound = [upper[i] if held[i] > 0.0 else lower[i] for i in rows]
             right[n + e :] = bound - N @ q
         try:
-            solution = np.linalg.solve(K, right)
+            solution = np.asarray(np.linalg.solve(K, right), dtype=np.float64)
         except np.linalg.LinAlgError:
             return None
         changed = _release(held, fixed, solution[n + e :]) or _hold(

@@ -1,4 +1,4 @@
-"""Small strictly convex quadratic programs, by the dual active-set method of Goldfarb and Idnani (1983).
+"""Small strictly convex quadratic programs: dual active-set method (Goldfarb and Idnani, 1983).
 
 For the ten joints of an arm and a handful of active limits. It starts at the free minimum, which is
 the answer of almost every tick, and adds one violated constraint at a time.
@@ -18,7 +18,7 @@ class NoSolutionError(DforcError):
 
 
 def minimise(H: Matrix, g: Vector, C: Matrix, lower: Vector, upper: Vector) -> Vector:
-    """argmin 1/2 x' H x + g' x subject to lower <= C x <= upper.
+    """Minimiser (n,) of 1/2 x' H x + g' x subject to lower <= C x <= upper.
 
     Args:
         H: (n, n) symmetric positive definite.
@@ -30,7 +30,7 @@ def minimise(H: Matrix, g: Vector, C: Matrix, lower: Vector, upper: Vector) -> V
     Raises:
         NoSolutionError: no x keeps all constraints.
     """
-    H_inverse = np.linalg.inv(H)
+    H_inverse = np.asarray(np.linalg.inv(H), dtype=np.float64)
     x: Vector = -H_inverse @ g
     active = _ActiveSet(H_inverse, C)
     for _ in range(STEPS_PER_CONSTRAINT * (len(C) + 1)):
@@ -89,7 +89,7 @@ class _ActiveSet:
             return free, np.zeros(0)
         N = (self._C[self._rows].T * self._signs).T  # (k, n)
         HN = N @ self._H_inverse  # (k, n)
-        ratios: Vector = np.linalg.solve(HN @ N.T, HN @ normal)
+        ratios = np.asarray(np.linalg.solve(HN @ N.T, HN @ normal), dtype=np.float64)
         direction: Vector = free - HN.T @ ratios
         return direction, ratios
 

@@ -1,4 +1,4 @@
-"""One reaching problem, solved by following its last optimal point or, where that ends, by IPOPT."""
+"""One reaching problem: its last optimal point is followed or, where that ends, IPOPT searches."""
 
 from dataclasses import dataclass
 
@@ -21,7 +21,7 @@ class Reached:
 
 
 class ReachingSolver:
-    """Eq. 11 (`weight` None, its condition is IPOPT's constraint 0) or the nearest-point problem."""
+    """Eq. 11 (`weight` None; its condition is IPOPT's constraint 0), or the nearest point."""
 
     def __init__(
         self,
@@ -56,15 +56,13 @@ class ReachingSolver:
         answer = self._ipopt.solve(q_start, parameters, bounds)
         if not answer.solved or not np.isfinite(answer.q).all():
             return Reached(answer.q, None, answer.iterations)
-        point = self._optimal_point(answer, parameters, constraints)
+        point = self._optimal_point(answer, parameters)
         polished = self._follower.follow(point, parameters, constraints)
         if polished is None:
             return Reached(answer.q, point, answer.iterations)
         return Reached(polished.q, polished, answer.iterations + polished.evaluations)
 
-    def _optimal_point(
-        self, answer: IpoptAnswer, parameters: Vector, constraints: Constraints
-    ) -> OptimalPoint:
+    def _optimal_point(self, answer: IpoptAnswer, parameters: Vector) -> OptimalPoint:
         rows = answer.row_multipliers
         y = np.zeros(3)
         if self._has_sphere:

@@ -13,7 +13,7 @@ SMALL_RAD = 1e-8  # below it, sin(x)/x and its kin are at their limits to roundi
 
 
 def skew(v: ArrayLike) -> Matrix:
-    """[v]x (3, 3), so that skew(a) @ b is the cross product a x b."""
+    """Matrix (3, 3) of the cross product with v on its left."""
     x, y, z = v
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 

@@ -1,6 +1,7 @@
 """Board types by name. A type is imported when the first board of it is made.
 
-An out-of-tree board declares itself in its own pyproject.toml: [project.entry-points."ulna.boards"] x = "module:Class".
+An out-of-tree board declares itself in its own pyproject.toml, in the table
+[project.entry-points."ulna.boards"]: x = "module:Class".
 """
 
 from collections.abc import Callable, Sequence
@@ -27,7 +28,11 @@ SensorFactory = Callable[[BoardSpec, Sequence[float]], Board]
 
 
 def make_board(spec: BoardSpec, full_scale: Sequence[float] | None = None) -> Board:
-    """Build the board that `spec` names; `full_scale` (N, N, N, Nm, Nm, Nm) makes it a sensor board.
+    """Build the board that `spec` names.
+
+    Args:
+        spec: where it sits, its type and firmware.
+        full_scale: N, N, N, Nm, Nm, Nm; given for sensor boards only.
 
     Raises:
         BoardError: no such type or firmware, or a sensor without full scales.
@@ -37,7 +42,7 @@ def make_board(spec: BoardSpec, full_scale: Sequence[float] | None = None) -> Bo
         return cast("SensorFactory", factory)(spec, full_scale)
     if spec.type in SENSOR_BOARDS:
         raise BoardError(
-            f"{spec.type} at bus {spec.bus} address {spec.address} needs the full scales of its sensor"
+            f"{spec.type} at bus {spec.bus} address {spec.address} has no sensor with full scales"
         )
     return cast("MotorFactory", factory)(spec)
 
@@ -52,6 +57,4 @@ def _load(name: str) -> object:
     others = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
     if name in others:
         return cast("object", others[name].load())
-    raise BoardError(
-        f"unknown board type {name!r}; known: {', '.join(sorted({*known, *others}))}"
-    )
+    raise BoardError(f"unknown board type {name!r}; known: {', '.join(sorted({*known, *others}))}")

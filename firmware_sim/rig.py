@@ -144,7 +144,8 @@ class Rig:
 def _encoder(axis: AxisSpec) -> tuple[float, float, int, int]:
     """Ticks per radian, ticks at zero radians, ticks added, and the mask of the encoder's width."""
     per_rad = math.degrees(axis.ticks_per_deg)
-    zero = axis.zero_deg * axis.ticks_per_deg
+    # Half a tick: whoever calibrated zero_deg centred it, so that readings err to both sides alike.
+    zero = axis.zero_deg * axis.ticks_per_deg + 0.5
     if axis.absolute_offset is not None:
         return per_rad, zero, axis.absolute_offset, ENCODER_MASK
     at_power_up = floor(math.radians(axis.start_deg) * per_rad + zero)

@@ -75,7 +75,7 @@ def _done(axis: Axis) -> Sequence:
     while line.now_ns < deadline_ns:
         yield
         if axis.mode == ControlMode.HW_FAULT:
-            return f"{axis.name} went into hardware fault while calibrating: {axis.fault_text}"
+            return f"{axis.name} failed while calibrating: {axis.fault_text}"
         if axis.address in line.muted:
             return f"{axis.name}: its board fell silent while calibrating"
         if line.now_ns >= poll_ns:

@@ -101,17 +101,17 @@ def _stiff(axis: Axis) -> Steps:
 
 
 def _stop(axes: list[Axis], q_rad: list[float]) -> Steps:
-    """Ask for the modes first: the guard has not heard what was set before it listened."""
-    yield from together([_mode_known(axis) for axis in axes])
+    """Ask for the states first: the guard has not heard what was set before it listened."""
+    yield from together([_known(axis) for axis in axes])
     yield from together([_stiff(axis) for axis in axes if axis.is_powered])
     reason = yield from stop(axes, q_rad)
     return reason
 
 
-def _mode_known(axis: Axis) -> Steps:
+def _known(axis: Axis) -> Steps:
     axis.mode = ControlMode.NO_REQUEST
     for _ in range(TRIES):
-        axis.send(motor.GET_CONTROL_MODE)
+        axis.send(motor.GET_CALIBRATION_STATUS)
         deadline_ns = axis.line.now_ns + TRY_NS
         while axis.line.now_ns < deadline_ns:
             yield

@@ -12,6 +12,7 @@ from hal.tasks import Sequence
 from hal.wire.motor_periodic import AxisFault
 
 CHECK_NS = 10_000_000
+HUSH_NS = 50_000_000  # a board that still sends anything else talks more often than this
 PROBE_NS = 1_000_000_000
 
 
@@ -57,7 +58,7 @@ class Liveness:
             faults.report(now_ns, text, f"bus {line.number} lost")
 
     def _check_pulse(self, board: HostBoard, pulse: Pulse, now_ns: int) -> None:
-        age_ns = now_ns - pulse.heard_ns
+        age_ns = self._machine.stalls.age_ns(now_ns, pulse.heard_ns)
         if age_ns > SILENCE_NS and not pulse.silent:
             pulse.silent = True
             self._fall_silent(board, pulse, now_ns)
@@ -70,7 +71,7 @@ class Liveness:
         name, line = board_name(board.board), board.line
         age_s = (now_ns - pulse.heard_ns) / 1e9
         evidence = line.evidence(board.trace, (pulse.address,))
-        if board.trace and now_ns - board.trace[-1][2] <= SILENCE_NS:
+        if board.trace and now_ns - board.trace[-1][2] <= HUSH_NS:
             text = f"{name} sends no {pulse.what} for {age_s:.3f} s"
             if any(axis.fault_bits & AxisFault.ENCODER for axis in board.axes):
                 text += " (it has an absolute encoder error)"

@@ -6,12 +6,14 @@ from hal.axis import Axis
 from hal.boards.board import HostBoard, Parts
 from hal.boards.strain import Strain
 from hal.buses.bus import FrameBus
+from hal.checks import check_boards, check_joints, check_settings, owner_of
 from hal.description import Board, Joint, RobotDescription
 from hal.errors import DescriptionError
 from hal.faults import FaultLog
 from hal.line import Line
 from hal.readings import JointReadings
 from hal.registry import board_type
+from hal.stalls import Stalls
 from hal.torques import VirtualSensor
 from hal.wire.motor_periodic import VELOCITY
 
@@ -23,24 +25,22 @@ class Machine:
         """`buses` by bus number.
 
         Raises:
-            DescriptionError: a bus is missing, a board type is unknown, or a joint has no board.
+            DescriptionError: it is incomplete, ambiguous or not encodable.
         """
         self.description = description
         self.faults = FaultLog()
+        self.stalls = Stalls()
         self.readings = JointReadings(tuple(joint.name for joint in description.joints))
         self.now_ns = 0
-        for board in description.boards:
-            if board.bus not in buses:
-                open_buses = ", ".join(map(str, sorted(buses))) or "none"
-                raise DescriptionError(
-                    f"board {board.name}: bus {board.bus} is not open; open: {open_buses}"
-                )
+        check_boards(description, buses)
+        check_joints(description)
         used = sorted({board.bus for board in description.boards})
         self.lines = {number: Line(number, buses[number], self.faults) for number in used}
-        owners = [_owner(description, joint) for joint in description.joints]
+        owners = [owner_of(description, joint) for joint in description.joints]
         self.axes = tuple(
             self._axis(i, joint, owners[i]) for i, joint in enumerate(description.joints)
         )
+        check_settings(description, self.axes)
         self.boards = tuple(
             self._board(board, tuple(a for a in self.axes if owners[a.index] is board))
             for board in description.boards
@@ -81,7 +81,7 @@ class Machine:
                 key = (axis.joint.bus, axis.joint.torque_source.address)
                 sources.setdefault(key, []).append(axis)
         return tuple(
-            VirtualSensor(self.lines[bus], address, axes, self.faults)
+            VirtualSensor(self.lines[bus], address, axes, self.faults, self.stalls)
             for (bus, address), axes in sources.items()
         )
 
@@ -116,18 +116,3 @@ class Machine:
         """Send what is due on every bus."""
         for line in self.lines.values():
             line.flush()
-
-
-def _owner(description: RobotDescription, joint: Joint) -> Board:
-    """The board that a joint's axis sits on.
-
-    Raises:
-        DescriptionError: there is none.
-    """
-    for board in description.boards:
-        covered = range(board.address, board.address + board_type(board.type).addresses)
-        if board.bus == joint.bus and joint.address in covered:
-            return board
-    raise DescriptionError(
-        f"joint {joint.name}: no board at bus {joint.bus}, address {joint.address}"
-    )

@@ -5,11 +5,10 @@ from collections.abc import Sequence as Values
 from hal.axis import Axis
 from hal.switching import switch_interaction, switch_mode
 from hal.tasks import Sequence, together
-from hal.units import move_duration_ns, move_speed_counts
+from hal.units import PEAK_OVER_MEAN, move_duration_ns, move_speed_counts
 from hal.wire import motor
 from hal.wire.modes import ControlMode, InteractionMode
 
-PEAK_OVER_MEAN = 1.875  # speed of a minimum-jerk move
 STILL_NS = 100_000_000
 STILL_TICKS = 1
 SETTLE_NS = 2_000_000_000
@@ -47,7 +46,7 @@ def _move_axis(axis: Axis, target_ticks: int, duration_s: float) -> Sequence:
     axis.set_moving(True)
     try:
         delta = target_ticks - axis.ticks
-        speed = move_speed_counts(delta, duration_s)
+        speed = min(move_speed_counts(delta, duration_s), axis.units.max_move_speed_counts)
         axis.command(motor.POSITION_MOVE, target_ticks, speed)
         end_ns = axis.line.now_ns + move_duration_ns(delta, speed)
         while axis.line.now_ns < end_ns:
@@ -80,10 +79,7 @@ def stop(axes: Values[Axis], q_rad: Values[float]) -> Sequence:
     if not axes:
         return ""
     deadline_ns = axes[0].line.now_ns + STOP_NS - IDLE_RESERVE_NS
-    running = [(i, axis) for i, axis in enumerate(axes) if axis.is_powered]
-    bringing_down = _bring_down(
-        [axis for _, axis in running], [q_rad[i] for i, _ in running] if q_rad else []
-    )
+    bringing_down = _bring_down(axes, q_rad)
     reason = ""
     while axes[0].line.now_ns < deadline_ns:
         try:
@@ -100,10 +96,27 @@ def stop(axes: Values[Axis], q_rad: Values[float]) -> Sequence:
 
 
 def _bring_down(axes: Values[Axis], q_rad: Values[float]) -> Sequence:
-    stiff = yield from together(switch_interaction(axis, InteractionMode.STIFF) for axis in axes)
-    mode = yield from together(switch_mode(axis, ControlMode.POSITION) for axis in axes)
-    moved = (yield from move(axes, q_rad, 0.0)) if q_rad and not mode else ""
-    return "; ".join(text for text in (stiff, mode, moved) if text)
+    """Every axis for itself, so that one that fails keeps no other from its place."""
+    running = [i for i, axis in enumerate(axes) if axis.is_powered and axis.is_calibrated]
+    moved = [axes[i] for i in running]
+    targets_rad = [q_rad[i] for i in running] if q_rad else []
+    duration_s = move_duration_s(moved, targets_rad, 0.0) if q_rad else 0.0
+    reason = yield from together(
+        [
+            _bring_down_axis(axis, targets_rad[i] if q_rad else None, duration_s)
+            for i, axis in enumerate(moved)
+        ]
+    )
+    return reason
+
+
+def _bring_down_axis(axis: Axis, target_rad: float | None, duration_s: float) -> Sequence:
+    reason = yield from switch_interaction(axis, InteractionMode.STIFF)
+    if not reason:
+        reason = yield from switch_mode(axis, ControlMode.POSITION)
+    if not reason and target_rad is not None:
+        reason = yield from _move_axis(axis, axis.units.limited_ticks(target_rad), duration_s)
+    return reason
 
 
 def idle(axes: Values[Axis]) -> Sequence:

@@ -48,6 +48,8 @@ class Requests:
             indices = self._machine.indices(tuple(joints))
         except DescriptionError as error:
             return self._refused(action, str(error))
+        if len(set(indices)) != len(indices):
+            return self._refused(action, "a joint is named twice")
         if action in ("stop", "idle"):
             self._tasks.end_all(f"ended by {action}")
         conflict = self._tasks.conflict(indices)
@@ -70,6 +72,8 @@ class Requests:
         if not reason and not 0.0 <= duration_s < 3600.0:
             reason = f"duration_s {duration_s} is not within 0 and 3600"
         for axis in axes:
+            if not reason and not axis.is_calibrated:
+                reason = f"{axis.name} is not calibrated"
             if not reason and not axis.is_powered:
                 reason = f"{axis.name} is {_mode_name(axis)}: request mode position first"
         return reason or move(axes, list(q_rad), duration_s)

@@ -51,7 +51,8 @@ class Robot:
         self.description = description
         self._machine = machine = Machine(description, buses)
         self.joints: JointReadings = machine.readings
-        self._setpoints = tuple(Setpoints(axis, machine.faults) for axis in machine.axes)
+        timeout_s = description.velocity_timeout_ms / 1000.0
+        self._setpoints = tuple(Setpoints(axis, machine.faults, timeout_s) for axis in machine.axes)
         self._tasks = Tasks()
         self._requests = Requests(machine, self._tasks)
         self._commands = Commands(machine, self._setpoints)
@@ -87,6 +88,7 @@ class Robot:
     def step(self, now_ns: int) -> None:
         """One millisecond: receive, decode, resume sequences, watch deadlines, send."""
         machine, commands = self._machine, self._commands
+        machine.stalls.note(now_ns)
         machine.receive(now_ns)
         if not self._opening.done:
             self._open(now_ns)
@@ -147,7 +149,8 @@ class Robot:
     def is_fresh(self, joint: int, now_ns: int) -> bool:
         """Whether a joint is calibrated and was heard within the last 100 ms."""
         joints = self.joints
-        return joints.calibrated[joint] and now_ns - joints.heard_ns[joint] <= SILENCE_NS
+        age_ns = self._machine.stalls.age_ns(now_ns, joints.heard_ns[joint])
+        return joints.calibrated[joint] and age_ns <= SILENCE_NS
 
     def set_positions(self, joints: Sequence[int], q_rad: Sequence[float]) -> bool:
         """Position-direct references.

@@ -5,17 +5,20 @@ at the joint's maximal velocity, so that no caller can make an axis jump. Every 
 forgets what was wanted before.
 """
 
+import math
+
 from hal.axis import Axis
 from hal.boards.settings import impedance_setting
 from hal.faults import FaultLog
 from hal.torques import make_stiff
 from hal.wire import motor
 from hal.wire.modes import ControlMode
+from hal.wire.numbers import round_half_away
 
 CYCLE_NS = 10_000_000
 REPEAT_NS = 100_000_000  # an unchanged reference, in case a frame was lost
+_DIRECT = int(ControlMode.DIRECT)  # compared each millisecond
 TORQUE_AGE_NS = 100_000_000  # the boards have no time-out of their own in torque mode
-LOOK_AHEAD_S = 0.1  # = velocity time-out of the boards: a velocity may last that long
 ACCELERATION = 1  # least value of VELOCITY_MOVE; with shift 8 any real acceleration is below 1
 
 
@@ -26,23 +29,26 @@ class Setpoints:
         "_axis",
         "_cycle_ns",
         "_faults",
+        "_look_ahead_s",
         "_max_step_ticks",
         "_offset_cycle_ns",
         "_offset_due",
+        "_reached_ticks",
         "_repeat_ns",
-        "_sent_ticks",
         "_target_ticks",
         "_torque_counts",
         "_torque_ns",
         "_velocity_rad_s",
     )
 
-    def __init__(self, axis: Axis, faults: FaultLog) -> None:
+    def __init__(self, axis: Axis, faults: FaultLog, velocity_timeout_s: float) -> None:
+        """`velocity_timeout_s`: how long the board keeps a velocity, so how far ahead to look."""
+        self._look_ahead_s = velocity_timeout_s
         self._axis = axis
         self._faults = faults
         units = axis.units
-        per_cycle = abs(units.ticks_per_rad) * units.max_velocity_rad_s * CYCLE_NS / 1e9
-        self._max_step_ticks = max(int(per_cycle), 1)
+        speed_ticks_s = abs(units.ticks_per_rad) * units.max_velocity_rad_s
+        self._max_step_ticks = speed_ticks_s * CYCLE_NS / 1e9  # not whole: 30 deg/s is 3.4 ticks
         self._cycle_ns = 0
         self._repeat_ns = 0
         self._offset_cycle_ns = 0
@@ -53,7 +59,7 @@ class Setpoints:
 
     def forget(self) -> None:
         """The board has set its reference to the present position and everything else to zero."""
-        self._sent_ticks = self._axis.ticks
+        self._reached_ticks = float(self._axis.ticks)  # where the reference has got to
         self._target_ticks: int | None = None
         self._velocity_rad_s: float | None = None
         self._torque_counts: int | None = None
@@ -111,7 +117,7 @@ class Setpoints:
             axis.send(motor.SET_IMPEDANCE_OFFSET, axis.offset_counts)
         if now_ns < self._cycle_ns:
             return
-        if axis.mode == ControlMode.DIRECT:
+        if axis.mode == _DIRECT:
             self._send_position(now_ns)
         elif axis.mode == ControlMode.VELOCITY:
             self._send_velocity(now_ns)
@@ -120,18 +126,16 @@ class Setpoints:
 
     def _send_position(self, now_ns: int) -> None:
         target = self._target_ticks
-        if target is None or (target == self._sent_ticks and now_ns < self._repeat_ns):
+        if target is None or (target == self._reached_ticks and now_ns < self._repeat_ns):
             return
-        step = target - self._sent_ticks
-        if step > self._max_step_ticks:
-            target = self._sent_ticks + self._max_step_ticks
+        step = target - self._reached_ticks
+        if abs(step) > self._max_step_ticks:
             self._faults.clamp("speed of position")
-        elif step < -self._max_step_ticks:
-            target = self._sent_ticks - self._max_step_ticks
-            self._faults.clamp("speed of position")
-        self._sent_ticks = target
+            self._reached_ticks += math.copysign(self._max_step_ticks, step)
+        else:
+            self._reached_ticks = target
         self._sent(now_ns)
-        self._axis.send(motor.SET_COMMAND_POSITION, target)
+        self._axis.send(motor.SET_COMMAND_POSITION, round_half_away(self._reached_ticks))
 
     def _send_velocity(self, now_ns: int) -> None:
         wanted, self._velocity_rad_s = self._velocity_rad_s, None
@@ -139,8 +143,8 @@ class Setpoints:
             return
         axis, units = self._axis, self._axis.units
         q_rad = units.q_rad(axis.ticks)
-        room_up = max(units.max_rad - q_rad, 0.0) / LOOK_AHEAD_S
-        room_down = max(q_rad - units.min_rad, 0.0) / LOOK_AHEAD_S
+        room_up = max(units.max_rad - q_rad, 0.0) / self._look_ahead_s
+        room_down = max(q_rad - units.min_rad, 0.0) / self._look_ahead_s
         highest = min(room_up, units.max_velocity_rad_s)
         lowest = -min(room_down, units.max_velocity_rad_s)
         allowed = min(max(wanted, lowest), highest)

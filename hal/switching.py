@@ -64,10 +64,10 @@ def _refusal(axis: Axis) -> str:
         return "its board is silent"
     if axis.fault_bits & AxisFault.EXTERNAL:
         return "emergency button pressed"
-    if not axis.is_calibrated:
-        return "not calibrated"
     if axis.fault_bits:
         return fault_cause(axis)
+    if not axis.is_calibrated:
+        return "not calibrated"
     return "no answer, or settings missing on the board (position gains, protocol handshake)"
 
 

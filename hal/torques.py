@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from hal.axis import Axis
 from hal.faults import FaultLog
 from hal.line import Line
+from hal.stalls import Stalls
 from hal.wire import motor
 from hal.wire.analog import CHANNELS, virtual_torque_frames
 from hal.wire.modes import ControlMode, InteractionMode
@@ -22,7 +23,14 @@ REPEAT_NS = 10_000_000  # of the last torques, and of the commands that make sti
 class VirtualSensor:
     """One virtual sensor: up to six joint torques in two frames."""
 
-    def __init__(self, line: Line, address: int, axes: Sequence[Axis], faults: FaultLog) -> None:
+    def __init__(
+        self,
+        line: Line,
+        address: int,
+        axes: Sequence[Axis],
+        faults: FaultLog,
+        stalls: Stalls,
+    ) -> None:
         """`axes` are those that take their torque from it."""
         self.line = line
         self.axes = tuple(axes)
@@ -30,6 +38,7 @@ class VirtualSensor:
         self.is_falling_back = False
         self.address = address
         self._faults = faults
+        self._stalls = stalls
         self._torques_nm = [0.0] * CHANNELS
         self._full_scales_nm = [1.0] * CHANNELS
         self._channel: dict[int, int] = {}
@@ -56,11 +65,11 @@ class VirtualSensor:
 
     def is_fresh(self, now_ns: int) -> bool:
         """Whether a force-controlled axis may rely on the torques."""
-        return now_ns - self.fresh_ns <= STALE_NS
+        return self._stalls.age_ns(now_ns, self.fresh_ns) <= STALE_NS
 
     def step(self, now_ns: int) -> bool:
         """Watch the age, send what is due; True when new torques left."""
-        if now_ns - self.fresh_ns > STALE_NS:
+        if not self.is_fresh(now_ns):
             self._fall_back(now_ns)
         elif self.is_falling_back:
             self.is_falling_back = False

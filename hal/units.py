@@ -10,6 +10,7 @@ from hal.description import Joint
 from hal.wire.numbers import round_half_away, saturate_i16, saturate_i32
 
 TORQUE_HALF_RANGE = 0x8000  # torque units per TorqueMax
+PEAK_OVER_MEAN = 1.875  # speed of a minimum-jerk move
 DAMPING_SCALE = 1000  # the board counts damping in thousandths
 
 
@@ -22,6 +23,7 @@ class AxisUnits:
         "_zero_deg",
         "high_ticks",
         "low_ticks",
+        "max_move_speed_counts",
         "max_rad",
         "max_velocity_rad_s",
         "min_rad",
@@ -41,6 +43,8 @@ class AxisUnits:
         self.min_rad = math.radians(joint.min_deg)
         self.max_rad = math.radians(joint.max_deg)
         self.max_velocity_rad_s = math.radians(joint.max_velocity_deg_s)
+        fastest_ticks_s = joint.max_velocity_deg_s * abs(joint.ticks_per_deg) / PEAK_OVER_MEAN
+        self.max_move_speed_counts = min(max(int(fastest_ticks_s / 10.0), 1), 0x7FFF)
         limits = (self._ticks_of_deg(joint.min_deg), self._ticks_of_deg(joint.max_deg))
         self.low_ticks = min(limits)
         self.high_ticks = max(limits)

@@ -44,6 +44,7 @@ from services.streams import (
 PERIOD_S = 0.01
 STATE_AGE_S = 0.05
 FORCE_AGE_S = 0.05
+FORGET_AFTER_NS = 500_000_000  # without joint states: the plan no longer fits the arm
 SOLUTION_AGE_S = 0.1  # ten periods without a solution: stop and hold
 POINTS_KEPT = 32  # virtual points that wait for their solution
 DIRECT_MODE = 0x08  # code of position direct, can-protocol 10.1
@@ -61,11 +62,14 @@ class Cartesian(Service):
         self._robot = robot
         self._model = limb_model(robot)
         params = params or CartesianParams(trajectory_time_s=robot.reach.trajectory_time_s)
-        self._controller = CartesianController(self._model, limb_limits(robot), params)
+        self._controller = CartesianController(
+            self._model, limb_limits(robot), robot.reach.correction_weights, params
+        )
         self._state: CartesianState | None = None
         self._target: CartesianTarget | None = None
         self._points: dict[int, VirtualPoint] = {}
         self._sequence = -1
+        self._measured_ns = 0
         self._refused = 0
         parts = robot.reach.parts
         self._states = tuple(JOINT_STATE[part] for part in parts)
@@ -82,9 +86,8 @@ class Cartesian(Service):
         solution = inputs.new(IK_SOLUTION)
         if solution is not None:
             self._take_solution(solution)
-        q_rad = self._measured(inputs)
+        q_rad = self._measured(now_ns, inputs)
         if q_rad is None or self._target is None:
-            self._state = None
             outputs.put(CARTESIAN_STATUS, waiting(now_ns, self._refused))
             return
         if self._state is None:
@@ -124,13 +127,20 @@ class Cartesian(Service):
             position_m=position, rotation=orientation, q_rad=q_rad, velocity_m_s=velocity
         )
 
-    def _measured(self, inputs: Inputs) -> Floats | None:
+    def _measured(self, now_ns: int, inputs: Inputs) -> Floats | None:
+        """Angles to control, or None; a short gap keeps the plan, a mode switch ends it."""
         states = tuple(inputs.fresh(state, STATE_AGE_S) for state in self._states)
         joints = joined(states)
         if joints is None:
+            if now_ns - self._measured_ns > FORGET_AFTER_NS:
+                self._state = None
             return None
+        self._measured_ns = now_ns
         modes = [mode for state in states if state for mode in state.control_mode]
-        return joints[0] if all(mode == DIRECT_MODE for mode in modes) else None
+        if any(mode != DIRECT_MODE for mode in modes):
+            self._state = None
+            return None
+        return joints[0]
 
     def _command(self, now_ns: int, output: CartesianOutput, outputs: Outputs) -> None:
         q = split(self._robot, tuple(output.q_rad.tolist()))

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 from hal.buses.bus import FrameBus
 from hal.guarding import Guard
+from hal.stalls import Stalls
 from hal.tasks import Task
 from services.config import load_robot
 from services.core.live import Context, run_process
@@ -36,6 +37,7 @@ class GuardService(Service):
 
     def __init__(self, robot: RobotFile, buses: Mapping[int, FrameBus]) -> None:
         self._guard = Guard(robot_description(robot), buses)
+        self._stalls = Stalls()
         self._acted = False
         self._running: Task | None = None
 
@@ -43,8 +45,9 @@ class GuardService(Service):
         """Act when the heartbeat is late, or when asked."""
         for token, request in inputs.requests(GUARD_CALL):
             outputs.reply(GUARD_CALL, token, self._take_up(now_ns, request))
+        self._stalls.note(now_ns)
         status = inputs.latest(ROBOT_STATUS)
-        silent = inputs.age_s(ROBOT_STATUS) > SILENCE_S
+        silent = status is not None and self._silence_s(now_ns, inputs) > SILENCE_S
         if status is not None and silent and not self._acted and status.phase not in IDLE_PHASES:
             self._acted = True
             logger.error("robot process silent for %.0f ms: joints made stiff", SILENCE_S * 1e3)
@@ -56,6 +59,11 @@ class GuardService(Service):
     def close(self, now_ns: int, outputs: Outputs) -> None:  # noqa: ARG002
         """The buses are closed by whoever opened them."""
         self._guard.close()
+
+    def _silence_s(self, now_ns: int, inputs: Inputs) -> float:
+        """Age of the heartbeat, without the time in which this process stood still itself."""
+        heard_ns = now_ns - round(inputs.age_s(ROBOT_STATUS) * 1e9)
+        return self._stalls.age_ns(now_ns, heard_ns) * 1e-9
 
     def _take_up(self, now_ns: int, request: RobotRequest) -> Reply:
         if request.action == "stop":

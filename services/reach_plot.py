@@ -63,7 +63,8 @@ def _draw_space(axes: Axes3D, recording: Recording) -> None:
     axes.set_ylabel("y [m] (right)")
     axes.set_zlabel("z [m] (up)")
     axes.set_aspect("equal")
-    axes.legend(loc="upper left")
+    if trace.tip_m:
+        axes.legend(loc="upper left")
 
 
 def _draw_ball(
@@ -115,7 +116,8 @@ def _draw_torques(axes: Axes, recording: Recording) -> None:
             )
             axes.plot(trace.time_s, motor[:, names.index(name)], color=f"C{i}", lw=0.6, ls=":")
     axes.set_ylabel("joint torque [Nm]\n(dotted: plant's motor)")
-    axes.legend(loc="upper right", fontsize="small", ncols=2)
+    if axes.lines:
+        axes.legend(loc="upper right", fontsize="small", ncols=2)
 
 
 def _mark_events(axes: Axes, recording: Recording) -> None:

@@ -137,6 +137,7 @@ class ReachTable(Strict, frozen=True, kw_only=True):
     rest_deg: tuple[float, ...]
     rest_weights: tuple[float, ...]
     rest_beta: float
+    correction_weights: tuple[float, ...]
     trajectory_time_s: float
 
 

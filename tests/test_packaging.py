@@ -24,6 +24,14 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
 
 
 @pytest.fixture(scope="module")
+def site(wheel: zipfile.ZipFile, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel unpacked, as pip would."""
+    folder = tmp_path_factory.mktemp("site")
+    wheel.extractall(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
 def project() -> dict[str, object]:
     return tomllib.loads((ROOT / "pyproject.toml").read_text())
 
@@ -72,24 +80,36 @@ def test_the_wheel_declares_the_command_and_the_can_plug_in(wheel: zipfile.ZipFi
     assert "ulna_zenoh = hal.buses.zenoh:ZenohBus" in lines
 
 
-def test_the_unpacked_wheel_reads_its_own_robot_file(
-    wheel: zipfile.ZipFile, tmp_path: Path
-) -> None:
-    wheel.extractall(tmp_path / "site")
+def on_the_wheel(site: Path, arguments: list[str], folder: Path) -> str:
+    """Run this Python with the unpacked wheel in the place of the checkout."""
+    done = subprocess.run(
+        [sys.executable, "-P", *arguments],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(site)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_the_unpacked_wheel_reads_its_own_robot_file(site: Path, tmp_path: Path) -> None:
     code = (
         "from services.config import load_robot, robots_folder\n"
         "load_robot('icub')\n"
         "print(robots_folder())"
     )
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", code],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(tmp_path / "site")},
-        check=True,
-        capture_output=True,
-        text=True,
-    )
-    assert Path(done.stdout.strip()) == tmp_path / "site" / "services" / "_robots"
+    assert on_the_wheel(site, ["-c", code], tmp_path) == f"{site}/services/_robots\n"
+
+
+@pytest.mark.slow
+def test_the_tests_pass_on_the_unpacked_wheel(site: Path, tmp_path: Path) -> None:
+    """A checkout hides files that the wheel lacks; config and HAL are what reads data files."""
+    pytest_on_it = ["-m", "pytest", "-q", "-c", str(ROOT / "pyproject.toml"), "-o", "pythonpath="]
+    no_cache = ["-p", "no:cacheprovider", "-p", "no:xdist"]
+    tests = [str(ROOT / "tests" / "hal"), str(ROOT / "tests" / "services" / "test_config.py")]
+    out = on_the_wheel(site, [*pytest_on_it, *no_cache, *tests], tmp_path)
+    assert re.search(r"^\d+ passed", out.splitlines()[-1])
 
 
 def test_the_dev_lock_contains_the_runtime_lock() -> None:

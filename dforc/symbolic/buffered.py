@@ -5,8 +5,6 @@ import numpy as np
 
 from dforc.arrays import Matrix, Vector
 
-BUFFER_MEMORY = 1  # CasADi numbers a function's memories; 0 is the ordinary call's
-
 
 class BufferedFunction:
     """One CasADi function with its arguments and results in numpy arrays.
@@ -22,10 +20,10 @@ class BufferedFunction:
         self.outputs: dict[str, Vector] = {}
         for i in range(function.n_in()):
             values = self.inputs[function.name_in(i)] = np.zeros(function.nnz_in(i))
-            self._buffer.set_arg(i, memoryview(values))
+            self._buffer.set_arg(i, values.data)  # type: ignore[call-arg]  # the stub asks for the size that SWIG takes from the buffer
         for i in range(function.n_out()):
             values = self.outputs[function.name_out(i)] = np.zeros(function.nnz_out(i))
-            self._buffer.set_res(i, memoryview(values))
+            self._buffer.set_res(i, values.data)  # type: ignore[call-arg]  # as above
 
     def run(self) -> None:
         """Evaluate."""
@@ -39,5 +37,5 @@ class BufferedFunction:
 
     def statistics(self) -> dict[str, object]:
         """What a solver function recorded of its last run."""
-        found: dict[str, object] = self.function.stats(BUFFER_MEMORY)
+        found: dict[str, object] = self._buffer.stats()
         return found

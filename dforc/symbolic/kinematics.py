@@ -70,6 +70,6 @@ def _turn_about_z(R: ca.SX, angle: ca.SX) -> ca.SX:
 
 
 def _constant(values: Matrix) -> ca.DM:
-    """Exact zeros and ones where rounding left 1e-17 beside them: they vanish from the expression."""
+    """Zeros and ones exact where rounding left 1e-17 beside them: they leave the expression."""
     rounded = np.round(values)
     return ca.DM(np.where(np.abs(values - rounded) < 1e-15, rounded, values))

@@ -3,47 +3,17 @@
 from firmware_sim.boards.axis import AxisPort
 from firmware_sim.boards.hardware import AxisWiring, Encoder, Hardware
 from firmware_sim.boards.law import I16_MAX, Pid, divide, saturate_i16
+from firmware_sim.boards.modes import (
+    ALWAYS_TORQUE,
+    HW_FAULT,
+    IDLE,
+    IMPEDANCE,
+    TORQUE_WHEN_COMPLIANT,
+)
 from firmware_sim.boards.node import Node, Pair, TorqueSensor
 from firmware_sim.boards.torque import Impedance, TorqueLoop
 from firmware_sim.boards.trajectory import Reference
-from hal.wire.modes import ControlMode, InteractionMode
 from hal.wire.motor_periodic import AxisFault
-
-# Plain integers: the modes are compared each millisecond.
-IDLE = int(ControlMode.IDLE)
-POSITION = int(ControlMode.POSITION)
-VELOCITY = int(ControlMode.VELOCITY)
-TORQUE = int(ControlMode.TORQUE)
-IMPEDANCE_POSITION = int(ControlMode.IMPEDANCE_POSITION)
-IMPEDANCE_VELOCITY = int(ControlMode.IMPEDANCE_VELOCITY)
-MIXED = int(ControlMode.MIXED)
-DIRECT = int(ControlMode.DIRECT)
-OPENLOOP = int(ControlMode.OPENLOOP)
-CALIB_HARD_STOP = int(ControlMode.CALIB_HARD_STOP)
-HW_FAULT = int(ControlMode.HW_FAULT)
-
-STIFF = int(InteractionMode.STIFF)
-COMPLIANT = int(InteractionMode.COMPLIANT)
-
-RUNNING = frozenset(
-    {
-        POSITION,
-        VELOCITY,
-        TORQUE,
-        IMPEDANCE_POSITION,
-        IMPEDANCE_VELOCITY,
-        MIXED,
-        DIRECT,
-        OPENLOOP,
-    }
-)
-"""Modes that a host may ask for, apart from idle."""
-
-IMPEDANCE = frozenset({IMPEDANCE_POSITION, IMPEDANCE_VELOCITY})
-WITH_MOVES = frozenset({POSITION, IMPEDANCE_POSITION, MIXED})
-WITH_VELOCITY = frozenset({VELOCITY, IMPEDANCE_VELOCITY, MIXED})
-_ALWAYS_TORQUE = frozenset({TORQUE, IMPEDANCE_POSITION, IMPEDANCE_VELOCITY})
-_TORQUE_WHEN_COMPLIANT = frozenset({POSITION, VELOCITY, MIXED, DIRECT})
 
 _ENCODER_MASK = {Encoder.ABSOLUTE: 0xFFF, Encoder.INCREMENTAL: -1}
 _HALL_BITS = (AxisFault.HALL_A, AxisFault.HALL_B, AxisFault.HALL_C)
@@ -51,7 +21,7 @@ STICTION_WINDOW_MS = 29  # the sign of the commanded velocity is taken over this
 
 
 class Axis:
-    """One axis. Its own methods keep mode and bridge consistent; laws and commands work on it from outside."""
+    """One axis: its methods keep mode and bridge consistent, laws and commands work on it."""
 
     __slots__ = (
         "_encoder_mask",
@@ -178,13 +148,9 @@ class Axis:
             self.torque_sensor = self.node.sensor(address)
             self.torque_place = divmod(channel, 3)
 
-    def read_position(self) -> int:
-        """Position in ticks that the encoder shows now."""
-        return (self.port.raw_encoder - self.encoder_offset) & self._encoder_mask
-
     def rebase(self) -> None:
         """Begin afresh after a jump of the encoder's zero: speed counts from here."""
-        self.position = self.read_position()
+        self.position = (self.port.raw_encoder - self.encoder_offset) & self._encoder_mask
         self.moved = 0  # ticks in the speed window
         self._history = [self.position] * self.hardware.speed_window_ms
 
@@ -212,7 +178,7 @@ class Axis:
             self.fault()
 
     def speed(self) -> int:
-        """Estimated speed: ticks/ms * 2^speed_shift over 29 ms (BLL), ticks of the last ms (4DC)."""
+        """Speed estimate: ticks/ms * 2^speed_shift over 29 ms (BLL), ticks of the last ms (4DC)."""
         speed = self.moved
         if self.hardware.scales_speed:
             speed = divide(speed << self.speed_shift, self.hardware.speed_window_ms)
@@ -236,7 +202,7 @@ class Axis:
             self.clear()
 
     def clear(self) -> None:
-        """Hold the present position; velocity, torque, offset, open-loop PWM and integral are forgotten."""
+        """Hold the present position; forget velocity, torque, offset, PWM and integral."""
         self.reference.hold(self.position)
         self.reference_history[:] = [self.position] * STICTION_WINDOW_MS
         self.position_pid.clear()
@@ -246,8 +212,8 @@ class Axis:
         self.impedance.clear()
         self.desired_torque = 0
         self.openloop_pwm = 0
-        self.force_controlled = self.mode in _ALWAYS_TORQUE or (
-            self.compliant and self.mode in _TORQUE_WHEN_COMPLIANT
+        self.force_controlled = self.mode in ALWAYS_TORQUE or (
+            self.compliant and self.mode in TORQUE_WHEN_COMPLIANT
         )
 
     def idle(self) -> None:

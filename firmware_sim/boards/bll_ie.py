@@ -57,8 +57,8 @@ def _firmware(spec: BoardSpec) -> Firmware:
     if sources is None:
         known = ", ".join(f"x.{number:02X}" for number in sorted(_SOURCES))
         raise BoardError(
-            f"BLL_IE firmware {spec.firmware[0]:X}.{minor:02X} at address {spec.address} is not emulated; "
-            f"known: {known} anywhere, x.51 at addresses 5 to 10"
+            f"BLL_IE firmware {spec.firmware[0]:X}.{minor:02X} at address {spec.address} is not "
+            f"emulated; known: {known} anywhere, x.51 at addresses 5 to 10"
         )
     return Firmware(
         version=spec.firmware,

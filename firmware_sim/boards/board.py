@@ -1,4 +1,4 @@
-"""What every emulated board is to the rig: a thing that takes frames and is ticked once per millisecond.
+"""What an emulated board is to the rig: it takes frames and is ticked once per millisecond.
 
 A board knows no clock; it counts its own ticks. Frames given to `on_frame` act in the next tick.
 """

@@ -1,6 +1,7 @@
 """What a motor board sends by itself, slot by slot (can-protocol 3.2 and 3.3).
 
-DELIBERATE: MOTOR_POSITION, MOTOR_SPEED and DEBUG are not sent, because the emulated drives have no rotor counts.
+DELIBERATE: MOTOR_POSITION, MOTOR_SPEED and DEBUG are not sent, because the emulated drives have no
+rotor counts.
 """
 
 from firmware_sim.boards.axis_state import Axis
@@ -49,7 +50,7 @@ def broadcast(
 
 
 def print_piece(node: Node, mask: int, sent: list[Frame]) -> None:
-    """Append the next piece of text, or forget the text when the board's first mask holds prints back."""
+    """Append the next piece of text, or forget it all when the board's first mask lets none out."""
     if mask & _PRINT:
         sent.append(node.printer.next_frame())
     else:
@@ -59,9 +60,8 @@ def print_piece(node: Node, mask: int, sent: list[Frame]) -> None:
 def _status(pair: Pair, axes: tuple[Axis, Axis], now_ms: int, sent: list[Frame]) -> None:
     first, second = axes
     heartbeat = now_ms - pair.heartbeat_ms >= HEARTBEAT_MS
-    present = (first.mode, second.mode, first.compliant, second.compliant)
-    before = pair.reported
-    if heartbeat or present[:2] != before[:2] or _is_urgent(pair, first, second):
+    modes = first.mode, second.mode
+    if heartbeat or modes != pair.reported_modes or _is_urgent(pair, first, second):
         receive_error = int(heartbeat and pair.can_status != 0)
         sent.append(
             wire.STATUS.frame(
@@ -71,13 +71,14 @@ def _status(pair: Pair, axes: tuple[Axis, Axis], now_ms: int, sent: list[Frame])
                 *(pair.can_status, pair.board_status, 0, receive_error),
             )
         )
+        pair.reported_modes = modes
         pair.can_status = 0
         pair.board_status = 0
         first.faults_once = second.faults_once = 0
-    if heartbeat or present[2:] != before[2:]:
-        interactions = int(first.compliant), int(second.compliant)
-        sent.append(wire.ADDITIONAL_STATUS.frame(pair.address, *interactions))
-    pair.reported = present
+    interactions = first.compliant, second.compliant
+    if heartbeat or interactions != pair.reported_interactions:
+        sent.append(wire.ADDITIONAL_STATUS.frame(pair.address, *map(int, interactions)))
+        pair.reported_interactions = interactions
     if heartbeat:
         pair.heartbeat_ms = now_ms
 

@@ -1,12 +1,13 @@
 """CALIBRATE_ENCODER: types 3 (digital absolute) and 0 (hard stop) (can-protocol 10.5).
 
-DELIBERATE: coupled axes (waist, wrist) are calibrated and powered one by one, because couplings are the
-identity on these boards; a real board powers the pair when both are calibrated.
+DELIBERATE: coupled axes (waist, wrist) are calibrated, powered and faulted one by one, because
+couplings are the identity on these boards; a real board treats such a pair as one.
 """
 
-from firmware_sim.boards.axis_state import CALIB_HARD_STOP, HW_FAULT, POSITION, Axis
+from firmware_sim.boards.axis_state import Axis
 from firmware_sim.boards.enabling import may_run
 from firmware_sim.boards.law import clamp, saturate_i16
+from firmware_sim.boards.modes import CALIB_HARD_STOP, HW_FAULT, POSITION
 from hal.wire.modes import CalibrationType
 
 ENCODER_TICKS = 4096
@@ -15,7 +16,7 @@ HARD_STOP_SAMPLE_MS = 20
 
 
 def calibrate(axis: Axis, kind: int, p1: int, p2: int, p3: int) -> None:
-    """Begin a calibration; a type that the firmware does not have is ignored, as is any in HW_FAULT."""
+    """Begin a calibration; ignored in HW_FAULT, and when the firmware does not have the type."""
     if axis.mode == HW_FAULT or kind not in axis.wiring.calibrations:
         axis.node.dropped["calibration"] += 1
         return

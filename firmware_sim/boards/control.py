@@ -1,11 +1,14 @@
-"""What one axis does in one millisecond: its mode's law gives a PWM, `drive` brings it to the bridge.
+"""One axis, one millisecond: its mode's law gives a PWM, `drive` brings it to the bridge.
 
 The coupling of motors stands between the two.
 """
 
 from collections.abc import Callable
 
-from firmware_sim.boards.axis_state import (
+from firmware_sim.boards.axis_state import STICTION_WINDOW_MS, Axis
+from firmware_sim.boards.calibration import creep_to_hard_stop
+from firmware_sim.boards.law import I16_MAX, clamp, saturate_i16
+from firmware_sim.boards.modes import (
     CALIB_HARD_STOP,
     DIRECT,
     IMPEDANCE_POSITION,
@@ -13,13 +16,9 @@ from firmware_sim.boards.axis_state import (
     MIXED,
     OPENLOOP,
     POSITION,
-    STICTION_WINDOW_MS,
     TORQUE,
     VELOCITY,
-    Axis,
 )
-from firmware_sim.boards.calibration import creep_to_hard_stop
-from firmware_sim.boards.law import I16_MAX, clamp, saturate_i16
 from hal.wire.analog import ZERO_WORD
 from hal.wire.motor_periodic import AxisFault
 
@@ -126,14 +125,14 @@ LAWS: dict[int, Law] = {
 
 
 def _compensate(axis: Axis, pwm: int) -> int:
-    """Back-EMF, Coulomb friction, end of range and torque limit of a force-controlled axis, in this order."""
+    """Back-EMF, friction, end of range and torque limit of a force-controlled axis, in order."""
     loop = axis.torque_loop
     if loop.bemf and axis.moved:
         pwm += loop.back_emf(axis.speed(), axis.speed_shift)
     if loop.stiction_up or loop.stiction_down:
         pwm += _coulomb(axis)
-    # DELIBERATE: the sheet names an end-of-range protection without its law; here an axis outside its
-    # limits is not driven further out.
+    # DELIBERATE: the sheet names an end-of-range protection without its law; here an axis outside
+    # its limits is not driven further out.
     reference = axis.reference
     outward = pwm if axis.position_pid.kp >= 0 else -pwm
     if (outward > 0 and axis.position > reference.high) or (

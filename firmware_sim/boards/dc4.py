@@ -26,7 +26,7 @@ HARDWARE = Hardware(
     presets_encoder=True,
 )
 
-# Forearm, wrist with absolute encoders: pronosupination, wrist pitch, wrist yaw, finger ab/adduction.
+# Pronosupination, wrist pitch and yaw with absolute encoders, finger ab/adduction.
 _WRIST_V2 = (
     AxisWiring(
         encoder=Encoder.INCREMENTAL,
@@ -37,6 +37,7 @@ _WRIST_V2 = (
     AxisWiring(torque_source=(11, 1)),
     AxisWiring(holds_here=True),
 )
+_HALL_TYPES = frozenset({0xC, 0xD})  # Hall values of the hand's MAIS
 _FIRMWARE = {(0x02, 0x19): _WRIST_V2}
 
 
@@ -52,6 +53,7 @@ def _firmware(spec: BoardSpec) -> Firmware:
     if axes is None:
         known = ", ".join(f"{major:X}.{minor:02X}" for major, minor in _FIRMWARE)
         raise BoardError(
-            f"4DC firmware {spec.firmware[0]:X}.{spec.firmware[1]:02X} is not emulated; known: {known}"
+            f"4DC firmware {spec.firmware[0]:X}.{spec.firmware[1]:02X} is not emulated; "
+            f"known: {known}"
         )
-    return Firmware(version=spec.firmware, axes=axes)
+    return Firmware(version=spec.firmware, axes=axes, tolerated_types=_HALL_TYPES)

@@ -1,6 +1,7 @@
 """SET_CONTROL_MODE and the gate in front of the bridge (can-protocol 2.3 and 10.2)."""
 
-from firmware_sim.boards.axis_state import HW_FAULT, IDLE, RUNNING, Axis
+from firmware_sim.boards.axis_state import Axis
+from firmware_sim.boards.modes import HW_FAULT, IDLE, RUNNING
 from hal.wire.modes import CALIBRATING, ControlMode
 
 EVERY_GAIN = 0x7F  # kp, kd, ki, kr, ko, ilim, tlim received since boot
@@ -23,10 +24,10 @@ def set_mode(axis: Axis, mode: int) -> None:
 
 
 def may_run(axis: Axis, *, calibrated: bool) -> bool:
-    """Check what a real board checks before it closes the bridge; a failure ends in HW_FAULT and a print.
+    """Check what a real board checks before it closes the bridge; else HW_FAULT and a print.
 
-    DELIBERATE: an uncalibrated single axis of a real BLL board faults, prints, and is enabled nevertheless;
-    here it is refused, as coupled axes are.
+    DELIBERATE: an uncalibrated single axis of a real BLL board faults, prints, and is enabled
+    nevertheless; here it is refused, as coupled axes are.
     """
     if not axis.node.accepted:
         reason = "protocol not acknowledged"

@@ -41,7 +41,7 @@ class AxisWiring:
 
     encoder: Encoder = Encoder.ABSOLUTE
     calibrations: frozenset[CalibrationType] = frozenset({CalibrationType.DIGITAL_ABSOLUTE})
-    holds_here: bool = False  # calibration type 3 holds the present position instead of moving to p1
+    holds_here: bool = False  # calibration type 3 stays where it is instead of moving to p1
     torque_source: tuple[int, int] | None = None  # virtual sensor address and channel
 
 
@@ -51,4 +51,5 @@ class Firmware:
 
     version: tuple[int, int]  # as reported: 2.57 is (0x02, 0x57)
     axes: tuple[AxisWiring, ...]
+    tolerated_types: frozenset[int] = frozenset()  # of class 3, beside force and torque
     position_needs_encoders: bool = False  # no POSITION frame while an absolute encoder fails

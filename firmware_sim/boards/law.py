@@ -1,7 +1,7 @@
 """Integer arithmetic of the boards' 1 ms control laws (can-protocol 6 and 9.3).
 
-Shifts are sign-symmetric: they divide towards zero. Errors saturate at 16 bits. A derivative is the mean of
-the last N terms, each already shifted: N = 10 on brushless boards, 1 on the 4DC.
+Shifts are sign-symmetric: they divide towards zero. Errors saturate at 16 bits. A derivative is the
+mean of the last N terms, each already shifted: N = 10 on brushless boards, 1 on the 4DC.
 """
 
 I16_MAX = 0x7FFF

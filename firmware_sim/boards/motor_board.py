@@ -1,6 +1,8 @@
-"""The millisecond of a DSP motor board, in the order of can-protocol 10.4."""
+"""The millisecond of a DSP motor board, in the order of can-protocol 10.4.
 
-from collections import Counter
+DELIBERATE: frames leave in the order they were made and none is lost on the way out; a real board's
+transmit buffer holds ten and is emptied last-in-first-out. Partner boards are not watched.
+"""
 
 from firmware_sim.boards import parser
 from firmware_sim.boards.axis import AxisPort
@@ -44,6 +46,7 @@ class MotorBoard:
         self._hardware = hardware
         self._firmware = firmware
         self._node = Node(address, firmware.version)
+        self.dropped = self._node.dropped
         self._pairs = tuple(Pair(own) for own in self.addresses)
         self.axes = tuple(
             Axis(number % 2, hardware, wiring, self._node, self._pairs[number // 2])
@@ -55,11 +58,6 @@ class MotorBoard:
         )
         self.ports: tuple[AxisPort, ...] = tuple(axis.port for axis in self.axes)
         self._received: list[Frame] = []
-
-    @property
-    def dropped(self) -> Counter[str]:
-        """Frames not acted upon, by cause."""
-        return self._node.dropped
 
     def accepts(self, can_id: int) -> bool:
         """Hardware filter: commands to the board, every class 3 frame, class 7 from the host."""
@@ -76,10 +74,7 @@ class MotorBoard:
         received = self._received
         if len(received) < RECEIVE_FIFO_FRAMES:
             received.append((can_id, data))
-        else:
-            self._overrun()
-
-    def _overrun(self) -> None:
+            return
         self.dropped["overrun"] += 1
         for pair in self._pairs:
             pair.can_status |= _RX_OVERRUN
@@ -97,10 +92,14 @@ class MotorBoard:
     def tick(self) -> list[Frame]:
         """One millisecond."""
         if not self.powered:
-            return self._without_power()
+            self._received.clear()
+            for axis in self.axes:
+                axis.idle()
+            return []
         now_ms = self._node.ms = self._node.ms + 1
         sent: list[Frame] = []
-        self._listen(sent)
+        if self._received or self.bus_off or now_ms == 1:
+            self._listen(sent)
         self._control(now_ms)
         if self.bus_off:
             sent.clear()
@@ -109,20 +108,17 @@ class MotorBoard:
         self._supervise(now_ms)
         return sent
 
-    def _without_power(self) -> list[Frame]:
-        self._received.clear()
-        for axis in self.axes:
-            axis.idle()
-        return []
-
     def _listen(self, sent: list[Frame]) -> None:
         if self._node.ms == 1:
             for axis in self.axes:
                 axis.rebase()
         if self.bus_off:
-            self._lose_bus()
-        elif self._received:
-            self._parse(sent)
+            self._received.clear()
+            for axis in self.axes:
+                axis.fault()
+                axis.pair.can_status |= _BUS_OFF
+            return
+        self._parse(sent)
 
     def _control(self, now_ms: int) -> None:
         axes = self.axes
@@ -153,15 +149,13 @@ class MotorBoard:
                 pair.board_status |= _LOOP_OVERRUN
 
     def _parse(self, sent: list[Frame]) -> None:
-        sensors = self._node.sensors
+        tolerated = self._firmware.tolerated_types
         received = self._received
         self._received = []
         for number, (can_id, data) in enumerate(received, 1):
             kind = can_id >> 8
             if kind == CLASS_ANALOG_PERIODIC:
-                sensor = sensors.get(can_id >> 4 & 0xF)
-                if sensor is not None:
-                    parser.virtual_torque(sensor, self._node, can_id, data)
+                parser.virtual_torque(self._node, tolerated, can_id, data)
             elif kind != CLASS_MOTOR_POLLING:
                 self._manage(can_id, data, sent)
             elif not self._command(can_id, data, sent):
@@ -188,27 +182,18 @@ class MotorBoard:
                     axis.idle()
         sent += parser.manage(self._node, can_id, data, self._hardware.board_type, BUILD)
 
-    def _lose_bus(self) -> None:
-        self._received.clear()
-        for pair in self._pairs:
-            pair.can_status |= _BUS_OFF
-        for axis in self.axes:
-            axis.fault()
-
     def _broadcast(self, now_ms: int, sent: list[Frame]) -> None:
         slot = now_ms % self._hardware.slots
-        if slot < USED_SLOTS and not (slot == POSITION_SLOT and self._is_blind()):
+        if slot < USED_SLOTS and not (slot == POSITION_SLOT and self._hides_position()):
             for pair, axes in self._addressed:
                 if pair.mask:
                     broadcast(pair, axes, slot, now_ms, sent)
         if self._node.printer.waiting:
             print_piece(self._node, self._pairs[0].mask, sent)
 
-    def _is_blind(self) -> bool:
-        """True when POSITION is withheld because an absolute encoder fails."""
-        if not self._firmware.position_needs_encoders:
-            return False
-        return any(port.encoder_fault for port in self.ports)
+    def _hides_position(self) -> bool:
+        needs_encoders = self._firmware.position_needs_encoders
+        return needs_encoders and any(port.encoder_fault for port in self.ports)
 
     def _watch_temperature(self) -> None:
         for axis in self.axes:

@@ -1,4 +1,4 @@
-"""What the axes of one motor board share: protocol acknowledgement, torque sensors heard, prints, counters."""
+"""What the axes of a motor board share: the handshake, torque sensors heard, prints, counters."""
 
 from collections import Counter, deque
 
@@ -28,7 +28,7 @@ class TorqueSensor:
 
 
 class Printer:
-    """Text for the host, cut into PRINT frames: at most four strings wait, of at most 96 characters."""
+    """Text for the host in PRINT frames: at most four strings wait, of at most 96 characters."""
 
     def __init__(self, address: int) -> None:
         self._address = address
@@ -95,7 +95,7 @@ class Node:
 
 
 class Pair:
-    """One CAN address of a board and what is kept per address: the mask and what STATUS last said."""
+    """One CAN address of a board: its broadcast mask and what STATUS last said."""
 
     def __init__(self, address: int) -> None:
         self.address = address
@@ -104,7 +104,8 @@ class Pair:
     def boot(self) -> None:
         """State at power-up: silent."""
         self.mask = 0
-        self.reported = (0, 0, False, False)  # modes and interactions that the host was told
+        self.reported_modes = (0, 0)  # that the host was told
+        self.reported_interactions = (False, False)
         self.heartbeat_ms = 0
         self.can_status = 0  # CanStatus bits; reporting clears them
         self.board_status = 0  # BoardStatus bits of this cycle

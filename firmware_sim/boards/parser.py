@@ -1,8 +1,8 @@
-"""Takes received frames apart: commands, virtual torques, discovery (can-protocol 1, 2, 6 and 8)."""
+"""Takes received frames apart: commands, virtual torques, discovery (can-protocol 1, 2, 6, 8)."""
 
-from firmware_sim.boards import commands, settings
+from firmware_sim.boards import commands, queries, settings
 from firmware_sim.boards.axis_state import Axis
-from firmware_sim.boards.node import LABEL_PIECES, TORQUE_WATCHDOG_MS, Node, TorqueSensor
+from firmware_sim.boards.node import LABEL_PIECES, TORQUE_WATCHDOG_MS, Node
 from firmware_sim.boards.settings import Handler
 from hal.wire import management, motor
 from hal.wire.analog import FORCE, TORQUE
@@ -13,14 +13,19 @@ _TORQUE_ROWS = {FORCE.type: FORCE, TORQUE.type: TORQUE}  # channels 0..2 and 3..
 _FIRST_TORQUE_TYPE = FORCE.type
 _COMMANDS: dict[int, tuple[AxisCommand, Handler]] = {
     code: (motor.COMMANDS[code], handler)
-    for code, handler in (*commands.HANDLERS.items(), *settings.handlers())
+    for code, handler in (
+        *commands.HANDLERS.items(),
+        *queries.HANDLERS.items(),
+        *settings.handlers(),
+    )
 }
 
 
 def command(axis: Axis, data: bytes, requester: int, sent: list[Frame]) -> bool:
     """Act on a class 0 payload for `axis`; replies go to `sent`.
 
-    Returns False for an unknown command, after which the board leaves its queue for this millisecond.
+    Returns False for an unknown command, after which the board leaves its queue for this
+    millisecond.
     """
     known = _COMMANDS.get(data[0] & CODE_MASK)
     if known is None:
@@ -46,12 +51,19 @@ def send_label(axis: Axis, requester: int, sent: list[Frame]) -> None:
         sent.append((can_id | requester, payload))
 
 
-def virtual_torque(sensor: TorqueSensor, node: Node, can_id: int, data: bytes) -> None:
-    """Take in a class 3 frame of a sensor that an axis listens to; it re-arms the watchdog."""
+def virtual_torque(node: Node, tolerated: frozenset[int], can_id: int, data: bytes) -> None:
+    """Take in a class 3 frame: torques of a sensor that an axis listens to re-arm its watchdog.
+
+    Any other type but the `tolerated` ones makes the board complain in a print.
+    """
     kind = can_id & 0xF
     row = _TORQUE_ROWS.get(kind)
     if row is None:
-        node.printer.say("unknown strain msg")
+        if kind not in tolerated:
+            node.printer.say("unknown strain msg")
+        return
+    sensor = node.sensors.get(can_id >> 4 & 0xF)
+    if sensor is None:
         return
     words = row.parse(data)
     if words is None:
@@ -73,6 +85,8 @@ def manage(node: Node, can_id: int, data: bytes, board_type: int, build: int) ->
     code = data[0]
     if code == management.DISCOVER.code:
         return [management.DISCOVER.reply(node.address, board_type, *node.version, build)]
+    if code == management.END.code:  # a running application takes it as a ping
+        return [management.END.reply(node.address, 1)]
     if code == management.GET_ADDITIONAL_INFO.code:
         return [
             management.GET_ADDITIONAL_INFO.reply(node.address, *node.label_piece(index))

@@ -1,7 +1,7 @@
 """Settings that a SET command stores as they come and the matching GET command returns.
 
-Each row names the two commands, the part of the axis that keeps the values, the values in wire order, and the
-PID-received flags that the SET raises (can-protocol 2.2 and 2.3).
+Each row names the two commands, the part of the axis that keeps the values, the values in wire
+order, and the PID-received flags that the SET raises (can-protocol 2.2 and 2.3).
 """
 
 from collections.abc import Callable, Iterator
@@ -75,9 +75,7 @@ SETTINGS = (
         "torque_loop",
         ("bemf", "bemf_shift", "ktau", "ktau_shift"),
     ),
-    Setting(
-        motor.SET_MODEL_PARAMS, motor.GET_MODEL_PARAMS, "torque_loop", ("kff", "kff_shift")
-    ),
+    Setting(motor.SET_MODEL_PARAMS, motor.GET_MODEL_PARAMS, "torque_loop", ("kff", "kff_shift")),
     Setting(motor.SET_TCFILTER_TYPE, motor.GET_TCFILTER_TYPE, "torque_loop", ("filter",)),
     Setting(motor.SET_IMPEDANCE_OFFSET, motor.GET_IMPEDANCE_OFFSET, "impedance", ("offset",)),
     Setting(motor.SET_MIN_POSITION, motor.GET_MIN_POSITION, "reference", ("low",)),
@@ -85,12 +83,8 @@ SETTINGS = (
     Setting(motor.SET_MAX_VELOCITY, motor.GET_MAX_VELOCITY, "", ("max_velocity",)),
     Setting(motor.SET_PWM_LIMIT, motor.GET_PWM_LIMIT, "", ("pwm_limit",)),
     Setting(motor.SET_DESIRED_TORQUE, motor.GET_DESIRED_TORQUE, "", ("desired_torque",)),
-    Setting(
-        motor.SET_DESIRED_VELOCITY, motor.GET_DESIRED_VELOCITY, "", ("velocity_setting",)
-    ),
-    Setting(
-        motor.SET_DESIRED_ACCELER, motor.GET_DESIRED_ACCELER, "", ("acceleration_setting",)
-    ),
+    Setting(motor.SET_DESIRED_VELOCITY, motor.GET_DESIRED_VELOCITY, "", ("velocity_setting",)),
+    Setting(motor.SET_DESIRED_ACCELER, motor.GET_DESIRED_ACCELER, "", ("acceleration_setting",)),
 )
 
 
@@ -107,8 +101,8 @@ def _storing(setting: Setting) -> Handler:
     def store(axis: Axis, values: Values) -> None:
         part = part_of(axis)
         for name, value in zip(setting.names, values, strict=True):
-            # DELIBERATE: a negative shift has no meaning on the boards either; it is stored as 0, and
-            # one beyond 31 as 31.
+            # DELIBERATE: a shift outside 0..31 has no meaning on the boards either; it is stored as
+            # the nearest one that has.
             held = min(max(value, 0), MAX_SHIFT) if name == "shift" else value
             setattr(part, name, held)
         axis.pid_flags |= setting.flags

@@ -44,7 +44,7 @@ class Strain:
         """`full_scale` in N, N, N, Nm, Nm, Nm; the EEPROM holds whole numbers."""
         if len(full_scale) != analog.CHANNELS:
             raise BoardError(f"a STRAIN has six full scales, not {len(full_scale)}")
-        self.addresses = (spec.address,)
+        self.addresses: tuple[int, ...] = (spec.address,)
         self.ports: tuple[AxisPort, ...] = ()
         self.axes: tuple[Axis, ...] = ()
         self.raw_adc = [analog.ZERO_WORD] * analog.CHANNELS
@@ -119,13 +119,9 @@ class Strain:
             self.dropped["length"] += 1
             return []
         row = analog.COMMANDS.get(data[0])
-        request = row.parse_request(data) if row else ()
         if row is None:
             return [analog.unknown_command(address, data[0])]
-        if request is None:
-            self.dropped["length"] += 1
-            return []
-        outcome = answer(self, row.code, request)
+        outcome = answer(self, row.code, row.parse_request(data) or ())
         self._factory = is_factory(self.memory)
         if outcome is Answer.UNKNOWN:
             return [analog.unknown_command(address, data[0])]

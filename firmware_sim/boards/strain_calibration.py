@@ -1,4 +1,4 @@
-"""From the six raw words of a STRAIN to calibrated ones, and what its EEPROM holds (can-protocol 5.2)."""
+"""From a STRAIN's six raw words to calibrated ones, and its EEPROM (can-protocol 5.2)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -67,8 +67,8 @@ def is_factory(memory: Eeprom) -> bool:
 def passes_through(raw: Sequence[int]) -> bool:
     """True when the factory matrix leaves all six words as they are.
 
-    value * 0x7FFF / 0x8000, rounded, is the value itself while it is within a quarter of the words' range
-    from zero.
+    value * 0x7FFF / 0x8000, rounded, is the value itself while it is within a quarter of the
+    words' range from zero.
     """
     return min(raw) > _QUARTER and max(raw) <= _THREE_QUARTERS
 

@@ -1,6 +1,7 @@
 """Torque loop and joint impedance of a motor board (can-protocol 6), integers throughout.
 
-A torque unit is TorqueMax / 0x8000 Nm, signed in the joint's sense; positions are ticks; outputs PWM counts.
+A torque unit is TorqueMax / 0x8000 Nm, in the joint's sense; positions are ticks; outputs are PWM
+counts.
 """
 
 from firmware_sim.boards.law import I16_MAX, MovingMean, Pid, saturate_i16, shift_right
@@ -21,7 +22,10 @@ class LowPass:
         self._state = 0
 
     def start(self, value: int) -> None:
-        """Begin from a steady output. The sheet does not say where the boards begin; so the limb does not drop."""
+        """Begin from a steady output.
+
+        The sheet does not say where the boards begin; here the limb does not drop at the switch.
+        """
         self._state = value << _FRACTION_BITS
 
     def step(self, value: int) -> int:
@@ -78,12 +82,12 @@ class TorqueLoop:
         return pwm
 
     def back_emf(self, speed: int, speed_shift: int) -> int:
-        """PWM that makes up for back-EMF; `speed` in the board's own unit, `speed_shift` its estimator's."""
+        """PWM that makes up for back-EMF; `speed` and `speed_shift` as the board estimates them."""
         return shift_right(speed * self.bemf, self.bemf_shift + speed_shift)
 
 
 class Impedance:
-    """Spring, damper and offset around the reference: what a compliant axis asks of its torque loop."""
+    """Spring, damper and offset: what a compliant axis asks of its torque loop."""
 
     __slots__ = ("_damper", "_deviation", "damping", "offset", "stiffness")
 

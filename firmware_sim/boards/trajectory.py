@@ -11,7 +11,7 @@ DEFAULT_VELOCITY_TIMEOUT_MS = 2000
 
 
 class Reference:
-    """Where the axis should be. `active` while it moves by itself, so an unmoving one costs nothing."""
+    """Where the axis should be; `active` while that moves by itself."""
 
     __slots__ = (
         "_delta",
@@ -56,7 +56,7 @@ class Reference:
         self.ticks = self._inside(ticks)
 
     def start_move(self, target: int, speed: int) -> None:
-        """Minimum-jerk move from the present reference; `speed` in 10 ticks/s, below 1 counts as 1."""
+        """Minimum-jerk move from the present reference; `speed` in 10 ticks/s, at least 1."""
         self._stop_move()
         self._delta = self._inside(target) - self.ticks
         self._duration_ms = 100 * abs(self._delta) // max(speed, 1)

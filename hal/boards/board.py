@@ -13,6 +13,7 @@ from hal.wire.can import Frame
 SILENCE_NS = 100_000_000
 ANSWER_NS = 100_000_000  # the boards answer in the next millisecond
 TRIES = 5
+NO_ANSWER = "does not answer the handshake"
 
 Answer = Generator[None, None, tuple[int, ...] | None]
 
@@ -108,10 +109,7 @@ def refusal(
     `version` is board type, firmware major, minor, build, protocol major, minor, accepted.
     """
     if version is None:
-        seconds = TRIES * ANSWER_NS / 1e9
-        return (
-            f"{board_name(board)} does not answer the handshake ({TRIES} tries in {seconds:.1f} s)"
-        )
+        return f"{board_name(board)} {NO_ANSWER}"
     found_type, major, minor, build, protocol_major, protocol_minor, accepted = version
     if found_type != type_code:
         return (

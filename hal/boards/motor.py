@@ -116,10 +116,6 @@ class MotorBoard:
         answer = yield from ask(self.line, axis.address, frame, axis.replies, question.code)
         if answer is None:
             return f"{axis.name} does not answer"
-        calibrated, mode, interaction = answer
-        axis.set_calibrated(calibrated != 0)
-        axis.on_mode(reported_mode(mode))
-        axis.on_interaction(interaction)
         return ""
 
     def on_version(self, values: tuple[int, ...]) -> None:
@@ -218,6 +214,10 @@ class AddressPair:
             self._status.on_mode(axis, values[0], stamp_ns)
         elif command is motor.GET_INTERACTION_MODE:
             axis.on_interaction(values[0])
+        elif command is motor.GET_CALIBRATION_STATUS:
+            axis.set_calibrated(values[0] != 0)
+            self._status.on_mode(axis, reported_mode(values[1]), stamp_ns)
+            axis.on_interaction(values[2])
 
 
 def _ignore(data: bytes, stamp_ns: int) -> None:

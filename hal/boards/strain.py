@@ -168,8 +168,9 @@ class Strain:
         if not data:
             return
         if analog.parse_reset_cause(data) is not None:
-            text = f"{board_name(self.board)} has restarted"
-            self._faults.report(stamp_ns, text, text)
+            if any(pulse.heard_ns for pulse in self.pulses):  # else it has just been switched on
+                text = f"{board_name(self.board)} has restarted"
+                self._faults.report(stamp_ns, text, text)
             return
         command = analog.COMMANDS.get(data[0])
         values = None if command is None else command.parse_reply(data)

@@ -25,6 +25,13 @@ class Clock(Protocol):
         """Instant now [ns]."""
 
 
+class HostClock(Clock, Protocol):
+    """A clock that also knows where the kernel's time stamps stand on it."""
+
+    def since_day_clock_ns(self) -> int:
+        """What to add to an instant of the clock of the day to have it on this clock [ns]."""
+
+
 class FrameBus(Protocol):
     """One opened CAN channel."""
 

@@ -5,21 +5,22 @@ import fcntl
 import select
 import socket
 import struct
-from collections import deque
 from collections.abc import Iterable, Sequence
 
 from can.typechecking import CanFilters
 
-from hal.buses.bus import Clock, TupleBus
+from hal.buses.bus import HostClock, TupleBus
+from hal.buses.kernel_batch import BATCH, KernelBatch
 from hal.errors import BusError
 from hal.wire.can import Frame, Received
 
-FRAME = struct.Struct("=IB3x8s")  # struct can_frame
-DROP_COUNT = struct.Struct("=I")
 RECEIVE_BUFFER_BYTES = 4 << 20  # the default holds some 256 frames and then drops without a word
+OFFSET_PERIOD_NS = 1_000_000_000  # the clock of the day is slewed, so look at it now and then
+LATE_NS = 1_000_000_000  # no frame lies in the kernel's buffer for longer
 BACKLOG_LIMIT = 256  # frames kept while the interface's queue is full: 30 ms of a 1 Mbit/s bus
 
 # Numbers of the kernel's headers that Python's socket module lacks.
+SO_TIMESTAMPNS = 35
 SO_RXQ_OVFL = 40
 SO_RCVBUFFORCE = 33
 CAN_RAW_ERR_FILTER = 2
@@ -47,7 +48,9 @@ def interfaces_up(names: Iterable[str]) -> bool:
 class SocketCanBus(TupleBus):
     """One node's access to a SocketCAN interface. Frames that it sends do not come back to it."""
 
-    def __init__(self, channel: str, clock: Clock, can_filters: CanFilters | None = None) -> None:
+    def __init__(
+        self, channel: str, clock: HostClock, can_filters: CanFilters | None = None
+    ) -> None:
         """Open an interface.
 
         Raises:
@@ -58,7 +61,11 @@ class SocketCanBus(TupleBus):
         self._dropped_by_kernel = 0
         self._down = False
         self._bus_off = False
-        self._backlog: deque[Frame] = deque()
+        self._backlog: list[Frame] = []
+        self._outgoing, self._incoming = KernelBatch(), KernelBatch()
+        self._read_offset_ns = clock.since_day_clock_ns
+        self._offset_ns = 0
+        self._offset_due_ns = 0
         self._socket = _open(channel)
         super().__init__(channel, can_filters)
 
@@ -75,36 +82,45 @@ class SocketCanBus(TupleBus):
 
     def send_frames(self, frames: Sequence[Frame]) -> None:
         """See FrameBus. Where the interface's queue is full, the rest goes with the next call."""
-        backlog = self._backlog
-        backlog.extend(frames)
-        send = self._socket.send
+        waiting = self._backlog + list(frames) if self._backlog else frames
+        sent = 0
         try:
-            while backlog:
-                can_id, data = backlog[0]
-                send(FRAME.pack(can_id, len(data), data))
-                backlog.popleft()
+            while sent < len(waiting):
+                sent += self._outgoing.send(self._socket, waiting[sent : sent + BATCH])
         except OSError as error:
             self._failed(error)
-        keep = 0 if self._down or self._bus_off else BACKLOG_LIMIT
-        while len(backlog) > keep:
-            backlog.popleft()
-            self._lost += 1
+        if sent < len(waiting):
+            keep = 0 if self._down or self._bus_off else BACKLOG_LIMIT
+            left = list(waiting[sent:])
+            self._lost += max(0, len(left) - keep)
+            self._backlog = left[len(left) - keep :] if keep else []
+        elif self._backlog:
+            self._backlog = []
 
     def receive_frames(self) -> list[Received]:
-        """See FrameBus; the stamp is the instant of this call."""
+        """See FrameBus; the stamp is the kernel's, on our clock."""
         frames: list[Received] = []
-        receive = self._socket.recv
-        unpack = FRAME.unpack
         now_ns = self._now_ns()
+        if now_ns >= self._offset_due_ns:
+            self._offset_due_ns = now_ns + OFFSET_PERIOD_NS
+            self._offset_ns = self._read_offset_ns()
+        offset_ns = self._offset_ns
         try:
-            raw = self._receive_with_drop_count()
             while True:
-                can_id, length, data = unpack(raw)
-                if can_id & FLAGS:
-                    self._note_error_frame(can_id)
-                else:
-                    frames.append((can_id, data[:length], now_ns))
-                raw = receive(FRAME.size)
+                raw, stamps_ns, dropped = self._incoming.receive(self._socket)
+                for (can_id, length, data), stamp_ns in zip(raw, stamps_ns, strict=True):
+                    arrival_ns = stamp_ns + offset_ns
+                    if not 0 <= now_ns - arrival_ns < LATE_NS:
+                        arrival_ns = now_ns  # it came during this call, or the day's clock jumped
+                    if can_id & FLAGS:
+                        self._note_error_frame(can_id)
+                    else:
+                        frames.append((can_id, data[:length], arrival_ns))
+                if dropped is not None:
+                    self._lost += (dropped - self._dropped_by_kernel) & 0xFFFF_FFFF
+                    self._dropped_by_kernel = dropped
+                if len(raw) < BATCH:
+                    return frames
         except OSError as error:
             self._failed(error)
         return frames
@@ -120,16 +136,6 @@ class SocketCanBus(TupleBus):
 
     def _wait(self, timeout_s: float | None) -> None:
         select.select([self._socket], [], [], timeout_s)
-
-    def _receive_with_drop_count(self) -> bytes:
-        """One frame; the kernel tells beside it how many it has dropped since the start."""
-        raw, ancillary, _, _ = self._socket.recvmsg(FRAME.size, socket.CMSG_SPACE(DROP_COUNT.size))
-        for level, kind, value in ancillary:
-            if level == socket.SOL_SOCKET and kind == SO_RXQ_OVFL:
-                (dropped,) = DROP_COUNT.unpack(value)
-                self._lost += (dropped - self._dropped_by_kernel) & 0xFFFF_FFFF
-                self._dropped_by_kernel = dropped
-        return raw
 
     def _failed(self, error: OSError) -> None:
         """Tell "nothing to do now" from "the bus is gone"."""
@@ -190,6 +196,7 @@ def _configure(opened: socket.socket) -> None:
         opened.setsockopt(socket.SOL_SOCKET, SO_RCVBUFFORCE, RECEIVE_BUFFER_BYTES)
     except PermissionError:
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+    opened.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
     opened.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
     errors = CAN_ERR_BUSOFF | CAN_ERR_RESTARTED
     opened.setsockopt(socket.SOL_CAN_RAW, CAN_RAW_ERR_FILTER, errors)

@@ -2,7 +2,9 @@
 
 import json
 from pathlib import Path
+from typing import Annotated
 
+import cyclopts
 import numpy as np
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -29,11 +31,11 @@ def reach(
     stiff: bool = False,
     seed: int = 0,
     can: str = "",
-    target: str = "",
-    obstacle: str = "",
+    target: Annotated[str, cyclopts.Parameter(allow_leading_hyphen=True)] = "",
+    obstacle: Annotated[str, cyclopts.Parameter(allow_leading_hyphen=True)] = "",
     hop_ms: int = 1,
     robot: str = "icub",
-    json_file: Path | None = None,
+    json_file: Annotated[Path | None, cyclopts.Parameter(name="--json")] = None,
     plot: Path = Path("reach.png"),
 ) -> int:
     """Reach a target around a ball with the right hand, through every layer of the stack.

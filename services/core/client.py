@@ -8,8 +8,8 @@ from typing import TypeVar
 import msgspec
 import zenoh
 
-from services.core.clock import NS_PER_S, Clock
-from services.core.errors import CallFailedError, NotReadyError
+from services.core.clock import Clock
+from services.core.errors import CallFailedError
 from services.core.link import ask, publisher, subscribe
 from services.core.loop import alive_key
 from services.core.ports import CallPort, Refusals, StreamPort
@@ -22,7 +22,6 @@ RequestT = TypeVar("RequestT", bound=msgspec.Struct)
 ReplyT = TypeVar("ReplyT", bound=msgspec.Struct)
 
 LIVELINESS_TIMEOUT_S = 1.0
-LOOK_EVERY_NS = 20_000_000
 
 _encode = msgspec.msgpack.Encoder().encode
 
@@ -59,10 +58,6 @@ class Client:
     def session(self) -> zenoh.Session:
         """For a LiveExecutor that runs a service inside this process."""
         return self._session
-
-    def is_connected(self) -> bool:
-        """Whether the hub is there."""
-        return bool(self._session.info.transports())
 
     def put(self, stream: Stream[MessageT], message: MessageT) -> None:
         """Publish a message."""
@@ -127,14 +122,6 @@ class Client:
         return frozenset(
             str(reply.ok.key_expr).rpartition("/")[2] for reply in tokens if reply.ok is not None
         )
-
-    def wait_alive(self, *names: str, timeout_s: float = 10.0) -> None:
-        """Wait until all these processes are at work; NotReadyError names those that are not."""
-        give_up_ns = self._clock.now_ns() + round(timeout_s * NS_PER_S)
-        while missing := set(names) - self.alive():
-            if self._clock.now_ns() > give_up_ns:
-                raise NotReadyError(f"not at work after {timeout_s:g} s: {sorted(missing)}")
-            self._clock.sleep_until(self._clock.now_ns() + LOOK_EVERY_NS)
 
     def close(self) -> None:
         """Leave the bus."""

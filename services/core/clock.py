@@ -30,6 +30,10 @@ class RealClock:
 
     now_ns = staticmethod(time.monotonic_ns)
 
+    def since_day_clock_ns(self) -> int:
+        """What to add to an instant of the clock of the day, as the kernel stamps it [ns]."""
+        return time.monotonic_ns() - time.time_ns()
+
     def sleep_until(self, deadline_ns: int) -> None:
         """Wait for an absolute instant; time.sleep itself waits on an absolute deadline."""
         wait_ns = deadline_ns - time.monotonic_ns()

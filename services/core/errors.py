@@ -45,4 +45,4 @@ class CallFailedError(ServiceError):
 
 
 class ConfigError(ServiceError):
-    """A robot file or an argument is wrong; the text names the file, the key and what is allowed."""
+    """A robot file or an argument is wrong: the text names file, key and what is allowed."""

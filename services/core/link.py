@@ -19,6 +19,8 @@ from services.core.stream import AnyCall, AnyStream
 INBOX_LIMIT = 10_000  # arrivals; some seconds of everything that one process reads
 EXPRESS_FROM_HZ = 50.0  # control streams: not batched, and ahead of everything else
 
+Subscription = zenoh.Subscriber[None] | zenoh.ext.AdvancedSubscriber[None]
+
 _encode = msgspec.msgpack.Encoder().encode
 
 
@@ -44,14 +46,15 @@ class Link:
         self._publishers = {s: publisher(session, robot, s) for s in service.writes}
         self._calls = {call: CallPort(call) for call in service.calls}
         self._serves = {call: ServePort(call, self.refusals) for call in service.serves}
+        self._declared: list[Subscription | zenoh.Queryable[None]] = []
         for stream in service.reads:
             port = StreamPort(stream, self.refusals, wakes=stream is service.trigger)
-            subscribe(session, robot, stream, self._taker(port, wakes=port.wakes))
+            taker = self._taker(port, wakes=port.wakes)
+            self._declared.append(subscribe(session, robot, stream, taker))
         for call, serve_port in self._serves.items():
-            session.declare_queryable(
-                call.key(robot),
-                zenoh.handlers.Callback(self._taker(serve_port, wakes=True), indirect=False),
-                complete=True,
+            handler = zenoh.handlers.Callback(self._taker(serve_port, wakes=True), indirect=False)
+            self._declared.append(
+                session.declare_queryable(call.key(robot), handler, complete=True)
             )
 
     def send(self, stream: AnyStream, message: msgspec.Struct) -> None:
@@ -84,6 +87,12 @@ class Link:
         """Let go of requests that the service has not answered in time."""
         for port in self._serves.values():
             port.forget(now_ns)
+
+    def close(self) -> None:
+        """Listen no more; what is sent still goes out."""
+        for declared in self._declared:
+            declared.undeclare()  # type: ignore[no-untyped-call]  # so in zenoh's stubs
+        self._declared.clear()
 
     def _taker(self, port: Port, wakes: bool) -> Callable[[Any], None]:
         """What Zenoh calls in its own thread."""
@@ -132,18 +141,17 @@ def publisher(session: zenoh.Session, robot: str, stream: AnyStream) -> Callable
 
 def subscribe(
     session: zenoh.Session, robot: str, stream: AnyStream, take: Callable[[zenoh.Sample], None]
-) -> None:
+) -> Subscription:
     """Have `take` called for every sample of a stream, in Zenoh's own thread."""
     handler = zenoh.handlers.Callback(take, indirect=False)
     if stream.rate_hz > 0:
-        session.declare_subscriber(stream.key(robot), handler)
-    else:
-        zenoh.ext.declare_advanced_subscriber(
-            session,
-            stream.key(robot),
-            handler,
-            history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),
-        )
+        return session.declare_subscriber(stream.key(robot), handler)
+    return zenoh.ext.declare_advanced_subscriber(
+        session,
+        stream.key(robot),
+        handler,
+        history=zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1),
+    )
 
 
 def ask(

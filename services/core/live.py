@@ -73,7 +73,7 @@ class Arguments:
 class LiveBuses:
     """Opens buses over one transport, and closes them all."""
 
-    def __init__(self, can: str, robot: str, session: zenoh.Session, clock: Clock) -> None:
+    def __init__(self, can: str, robot: str, session: zenoh.Session, clock: RealClock) -> None:
         self._can = can
         self._robot = robot
         self._session = session

@@ -76,6 +76,8 @@ class LiveExecutor:
                 self._run_by_messages(until)
         finally:
             self._service.close(self._clock.now_ns(), self._outputs)
+            self._link.close()
+            self._token.undeclare()  # type: ignore[no-untyped-call]  # so in zenoh's stubs
 
     def stats(self) -> ServiceStats:
         """How this process has kept its time since the start."""

@@ -27,7 +27,13 @@ def hub_endpoint() -> Iterator[str]:
         yield hub.endpoint
 
 
-@pytest.fixture(params=["memory", "zenoh", "socketcan"])
+@pytest.fixture(
+    params=[
+        "memory",
+        pytest.param("zenoh", marks=pytest.mark.live),
+        pytest.param("socketcan", marks=pytest.mark.live),
+    ]
+)
 def open_bus(request: pytest.FixtureRequest) -> Iterator[Opener]:
     """Opens another bus object of one and the same channel."""
     kind: str = request.param

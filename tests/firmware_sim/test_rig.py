@@ -76,20 +76,20 @@ def drive(rig: Rig, joint: int, pwm: int, ticks: int) -> None:
 
 def test_absolute_encoder_shows_angle_plus_zero_plus_offset_on_twelve_bits(make: RigSpec) -> None:
     rig = Rig(make)
-    # shoulder pitch at -30 deg: floor((-30 + 177) * 11.375) = 1672, plus 348
+    # shoulder pitch at -30 deg: 1672.125 to the nearest tick, plus 348
     assert recording(rig, 2, 1).ports[0].raw_encoder == 2020
-    # shoulder yaw at 0 deg: floor(-198 * -11.375) = 2252, plus 448
+    # shoulder yaw at 0 deg: 2252.25 to the nearest, plus 448
     assert recording(rig, 2, 2).ports[0].raw_encoder == 2700
-    # torso yaw: floor(180 * 11.375) = 2047, plus 2613 goes round
-    assert recording(rig, 0, 5).ports[0].raw_encoder == 2047 + 2613 - 4096
+    # torso yaw: 180 * 11.375 = 2047.5 to the nearest, plus 2613 goes round
+    assert recording(rig, 0, 5).ports[0].raw_encoder == 2048 + 2613 - 4096
 
 
 def test_third_axis_of_a_4dc_answers_at_the_second_address(make: RigSpec) -> None:
     rig = Rig(make)
     board = recording(rig, 2, 3)
     assert recording(rig, 2, 4) is board
-    # wrist yaw at 0 deg: floor(-180 * -11.375) = 2047, plus 1058
-    assert board.ports[2].raw_encoder == 3105
+    # wrist yaw at 0 deg: 180 * 11.375 = 2047.5 to the nearest, plus 1058
+    assert board.ports[2].raw_encoder == 3106
     assert rig._ports[9] is board.ports[2]
 
 

@@ -23,8 +23,8 @@ class Echo(Service):
         for token, order in inputs.requests(ORDER):
             if order.action == "fail":
                 raise ValueError("told to fail")
-            if order.action == "hang":
-                signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGTERM,))
+            if order.action == "deaf":
+                signal.signal(signal.SIGTERM, signal.SIG_IGN)
             if order.action != "ignore":
                 setting = inputs.latest(SETTING)
                 number = -1 if setting is None else setting.number

@@ -1,11 +1,15 @@
-"""A process that plays the robot: ready until it is told to stop, then 0.2 s to come down."""
+"""A process that plays the robot: ready until it is told to stop, then 1 s to come down."""
+
+import logging
 
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
 from services.messages import Reply, RobotStatus
 from services.streams import ROBOT_CALL, ROBOT_STATUS
 
-DOWN_IN_NS = 200_000_000
+logger = logging.getLogger(__name__)
+
+DOWN_IN_NS = 1_000_000_000
 
 
 class ToyRobot(Service):
@@ -21,12 +25,16 @@ class ToyRobot(Service):
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
         for token, request in inputs.requests(ROBOT_CALL):
             self._orders.append(request.action)
+            logger.info("order %s", request.action)
             self._phase = "stopping"
-            self._down_at_ns = now_ns + DOWN_IN_NS
+            self._down_at_ns = now_ns + DOWN_IN_NS * (request.action == "stop")
             outputs.reply(ROBOT_CALL, token, Reply(ok=True))
         if self._phase == "stopping" and now_ns >= self._down_at_ns:
             self._phase = "idle"
         outputs.put(ROBOT_STATUS, status(now_ns, self._phase, self._orders))
+
+    def close(self, now_ns: int, outputs: Outputs) -> None:  # noqa: ARG002
+        logger.info("orders %s, phase %s", self._orders, self._phase)
 
 
 def status(now_ns: int, phase: str, orders: list[str]) -> RobotStatus:

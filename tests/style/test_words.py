@@ -17,8 +17,8 @@ FORBIDDEN = (
     r"\bpypi\.org\b|\bpythonhosted\b|\bdeb\.debian\b",
 )
 # A session is Zenoh's connection, or the kernel's group of processes; nothing else is one.
-SESSION = re.compile(r"\bsessions?\b", re.IGNORECASE)
-ZENOH = re.compile(r"zenoh|start_new_session", re.IGNORECASE)
+SESSION = re.compile(r"(?<![.\w])sessions?\b", re.IGNORECASE)
+ZENOH = re.compile(r"zenoh|core\.session|start_new_session", re.IGNORECASE)
 
 
 def text_files() -> Iterator[Path]:

@@ -58,14 +58,14 @@ def ensure(root: Path, kind: str) -> None:
     Raises:
         EnvironmentSetupError: it cannot be done, with the reason and the remedy.
     """
-    with _only_one(root):
+    with _only_one(root) as turn:
         if is_current(root, kind):
             return
         start_ns = wall_ns()
         _prepare_folder(root, kind)
         for each in LOCKS:
             stamp_file(root, each).unlink(missing_ok=True)
-        output = _install_lock(root, kind)
+        output = _install_lock(root, kind, turn)
         lend_openmp(root / ".venv")
         _install_project(root)
         for each in LOCKS if kind == "dev" else (kind,):  # the dev lock contains the runtime lock
@@ -79,7 +79,8 @@ def say(text: str) -> None:
 
 
 @contextmanager
-def _only_one(root: Path) -> Iterator[None]:
+def _only_one(root: Path) -> Iterator[int]:
+    """Wait for this checkout's turn; gives the descriptor whose lock it is."""
     try:
         file = (root / ".venv.lock").open("w")
     except OSError as error:
@@ -90,7 +91,7 @@ def _only_one(root: Path) -> Iterator[None]:
         except BlockingIOError:
             say("another set-up of this checkout is running; waiting for it")
             fcntl.flock(file, fcntl.LOCK_EX)
-        yield
+        yield file.fileno()
 
 
 def _prepare_folder(root: Path, kind: str) -> None:
@@ -126,10 +127,10 @@ def _runs(python: Path) -> bool:
         return False
 
 
-def _install_lock(root: Path, kind: str) -> PipOutput:
+def _install_lock(root: Path, kind: str, turn: int) -> PipOutput:
     lock = root / LOCKS[kind]
     packages = sum("==" in line for line in lock.read_text().splitlines())
-    say(f"fetching up to {packages} packages, up to 0.4 GB; the large ones are named")
+    say(f"fetching {packages} packages, 0.4 GB unless they are here already; the large ones:")
     output = PipOutput(say)
     log_path = root / ".venv" / "setup.log"
     with log_path.open("w") as log:
@@ -139,7 +140,8 @@ def _install_lock(root: Path, kind: str) -> PipOutput:
             stderr=subprocess.STDOUT,
             text=True,
             errors="replace",
-            env=_pip_environment(root),
+            env=_pip_environment(),
+            pass_fds=(turn,),  # a pip that outlives us still keeps the others waiting
         )
         assert process.stdout is not None
         for line in process.stdout:
@@ -165,7 +167,7 @@ def _install_project(root: Path) -> None:
         ],
         capture_output=True,
         text=True,
-        env=_pip_environment(root),
+        env=_pip_environment(),
     )
     if done.returncode != 0:
         raise EnvironmentSetupError(
@@ -178,14 +180,11 @@ def _pip(root: Path) -> tuple[str, ...]:
     return (str(python), "-m", "pip", "--disable-pip-version-check", "--no-input")
 
 
-def _pip_environment(root: Path) -> dict[str, str]:
+def _pip_environment() -> dict[str, str]:
     """The user's own pip settings, less what would put the packages elsewhere."""
     dropped = ("PYTHONPATH", "PYTHONHOME", "PIP_TARGET", "PIP_PREFIX", "PIP_NO_BINARY")
     environment = {key: value for key, value in os.environ.items() if key not in dropped}
     environment["PIP_USER"] = "0"
-    certificates = root / ".venv" / "ca-certificates.crt"
-    if certificates.is_file():
-        environment.setdefault("PIP_CERT", str(certificates))
     return environment
 
 

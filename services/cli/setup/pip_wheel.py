@@ -39,11 +39,17 @@ def place_pip(venv: Path) -> None:
         wheels = sorted(unpacked.glob("usr/share/python-wheels/pip-*.whl"))
         if not wheels:
             raise BootstrapError(f"{PACKAGES[0]} holds no pip; {REMEDY}")
-        _unzip(wheels[-1], venv)
-        if not SYSTEM_CERTIFICATES.is_file():
+        site_packages = _unzip(wheels[-1], venv)
+        if not has_system_certificates():
             authorities = sorted(unpacked.glob("usr/share/ca-certificates/**/*.crt"))
-            bundle = "\n".join(path.read_text() for path in authorities)
-            (venv / "ca-certificates.crt").write_text(bundle)
+            bundle = venv / "ca-certificates.crt"
+            bundle.write_text("\n".join(path.read_text() for path in authorities))
+            _point_pip_at(bundle, site_packages)
+
+
+def has_system_certificates() -> bool:
+    """Whether the file that Debian's pip reads is there (package ca-certificates)."""
+    return SYSTEM_CERTIFICATES.is_file()
 
 
 def _fetch(scratch: Path) -> None:
@@ -71,8 +77,16 @@ def _run(command: list[str], folder: Path) -> None:
     subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
 
 
-def _unzip(wheel: Path, venv: Path) -> None:
+def _unzip(wheel: Path, venv: Path) -> Path:
     """A wheel without scripts is ready for `python -m pip` as soon as it is unpacked."""
     (site_packages,) = venv.glob("lib/python3*/site-packages")
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(site_packages)
+    return site_packages
+
+
+def _point_pip_at(bundle: Path, site_packages: Path) -> None:
+    """Debian's pip reads the system's certificates when it is imported; here are ours instead."""
+    source = site_packages / "pip" / "_vendor" / "certifi" / "core.py"
+    text = source.read_text(encoding="utf-8")
+    source.write_text(text.replace(str(SYSTEM_CERTIFICATES), str(bundle)), encoding="utf-8")

@@ -1,0 +1,105 @@
+"""Silent boards and lost buses."""
+
+import can
+import pytest
+
+from tests.hal.arm import PITCH
+from tests.hal.scripted import Script, frame
+
+SHOULDER = "board r_shoulder (bus 1, address 1)"
+
+
+@pytest.fixture
+def script() -> Script:
+    script = Script()
+    script.ready()
+    return script
+
+
+def to_shoulder(sent: list[str]) -> list[str]:
+    return [one for one in sent if one.startswith("001")]
+
+
+def test_names_a_board_that_has_been_silent_for_100_ms(script: Script) -> None:
+    del script.bus.positions[0x111]
+    script.tick(95)
+    assert script.robot.status().faults == ()
+    script.tick(20)
+
+    (fault,) = script.robot.status().faults
+    assert fault.startswith(f"{SHOULDER} silent for 0.1")
+    assert not script.robot.is_fresh(PITCH, script.now_ns)
+    assert script.robot.joints.fault[PITCH] == "board silent"
+
+
+def test_shows_the_last_frames_of_a_silent_board(script: Script) -> None:
+    del script.bus.positions[0x111]
+    script.tick(120)
+
+    frames = script.robot.fault_events[-1].frames
+    assert any("POSITION position0=2001 tick, position1=920 tick" in line for line in frames)
+
+
+def test_sends_a_silent_board_nothing_but_a_handshake(script: Script) -> None:
+    del script.bus.positions[0x111]
+    del script.bus.answers[frame("001 5B0106")]
+    script.tick(120)
+
+    assert not script.robot.request("mode", ["pitch"], "direct").ok
+    assert set(to_shoulder(script.tick(1500))) == {"001 5B0106"}
+
+
+def test_takes_a_board_back_that_talks_again(script: Script) -> None:
+    positions = script.bus.positions.pop(0x111)
+    script.tick(150)
+    script.bus.positions[0x111] = positions
+    script.tick(50)
+
+    assert script.robot.status().faults[-1] == f"{SHOULDER} is back; it has kept its settings"
+    assert script.robot.is_fresh(PITCH, script.now_ns)
+
+
+def test_configures_a_board_again_that_has_restarted(script: Script) -> None:
+    positions = script.bus.positions.pop(0x111)
+    script.bus.answers[frame("001 38")] = frame("010 38000000")  # calibration lost
+    sent: list[str] = []
+    while "001 4977000000" not in sent:  # its mask
+        sent = to_shoulder(script.tick())
+    script.bus.positions[0x111] = positions
+    script.tick(100)
+
+    assert script.robot.status().faults[-1] == (
+        f"{SHOULDER} has restarted; it is configured again, its axes are idle"
+    )
+    assert not script.robot.joints.calibrated[PITCH]
+
+
+def test_tells_missing_positions_from_a_silent_board(script: Script) -> None:
+    del script.bus.positions[0x111]
+    for _ in range(120):
+        script.status(0x113, 0xA0, 0x01, 0x20)
+        script.tick()
+
+    assert script.robot.status().faults[-1].startswith(f"{SHOULDER} sends no POSITION for 0.1")
+    assert script.robot.status().faults[-1].endswith("(it has an absolute encoder error)")
+
+
+def test_reports_lost_frames_once_per_second(script: Script) -> None:
+    for _ in range(50):
+        script.bus.lost += 1
+        script.tick(10)
+
+    assert script.robot.status().frames_lost == 50
+    assert script.robot.status().faults == ("bus 1 lost 1 frames (1 in all)",)
+
+
+def test_sends_nothing_while_the_bus_is_off_and_says_so(script: Script) -> None:
+    script.bus.bus_state = can.BusState.ERROR
+    script.tick(10)
+
+    script.robot.request("mode", ["pitch"], "direct")
+    assert script.tick(50) == []
+    assert script.robot.status().faults == ("bus 1 is off: no frame gets through",)
+    script.bus.bus_state = can.BusState.ACTIVE
+    script.tick(10)
+    assert script.robot.status().faults[-1] == "bus 1 is back"

@@ -1,0 +1,52 @@
+import pytest
+
+from services.cli import up
+from services.cli.can import commands_for
+from services.processes import HUB, PROCESSES
+
+VIRTUAL = ("vcan0", "vcan2")
+REAL = ("can0", "can2")
+
+
+def test_what_the_user_asks_for_is_taken() -> None:
+    assert up.choose_can("zenoh", VIRTUAL) == ("zenoh", "as asked for")
+    assert up.choose_can("socketcan", VIRTUAL) == ("socketcan", "as asked for")
+
+
+@pytest.mark.parametrize(("all_up", "chosen"), [(True, "socketcan"), (False, "zenoh")])
+def test_socketcan_is_the_default_where_the_interfaces_are_up(
+    monkeypatch: pytest.MonkeyPatch, all_up: bool, chosen: str
+) -> None:
+    monkeypatch.setattr(up, "interfaces_up", lambda _names: all_up)
+    can, reason = up.choose_can(None, VIRTUAL)
+    assert can == chosen
+    assert "vcan0, vcan2" in reason
+
+
+def test_emulated_boards_run_unless_the_interfaces_are_real() -> None:
+    assert up.rows_for("zenoh", REAL) == PROCESSES
+    assert up.rows_for("socketcan", VIRTUAL) == PROCESSES
+    names = [row.name for row in up.rows_for("socketcan", REAL)]
+    assert "boards" not in names
+    assert "robot" in names
+
+
+def test_the_table_names_every_process_once_and_the_hub_first() -> None:
+    names = [row.name for row in PROCESSES]
+    assert len(set(names)) == len(names)
+    assert PROCESSES[0] is HUB
+
+
+def test_an_unknown_robot_is_one_sentence_and_a_status(capsys: pytest.CaptureFixture[str]) -> None:
+    assert up.up("marvin") == 2
+    output = capsys.readouterr()
+    assert "error: no robot file" in output.err
+    assert "known robots: icub" in output.err
+
+
+def test_an_interface_that_is_missing_is_made_before_it_is_brought_up() -> None:
+    assert commands_for("vcan77") == [
+        ["ip", "link", "add", "dev", "vcan77", "type", "vcan"],
+        ["ip", "link", "set", "vcan77", "up"],
+    ]
+    assert commands_for("lo") == [["ip", "link", "set", "lo", "up"]]

@@ -1,0 +1,61 @@
+"""The IK service: answers, out of reach, and what it refuses."""
+
+import numpy as np
+import pytest
+
+from services.core.testing import Bench
+from services.ik import Ik
+from services.limb import limb_limits
+from services.messages import JointState
+from services.robot_tables import RobotFile
+from services.streams import IK_SOLUTION, JOINT_STATE, VIRTUAL_POINT
+from tests.services.postures import point
+
+
+@pytest.fixture
+def bench(robot: RobotFile, home: dict[str, JointState]) -> Bench:
+    bench = Bench(Ik(robot))
+    for part, state in home.items():
+        bench.put(JOINT_STATE[part], state)
+    return bench
+
+
+def test_answer_reaches_the_point_within_all_limits(robot: RobotFile, bench: Bench) -> None:
+    for i in range(1, 21):
+        bench.put(VIRTUAL_POINT, point(robot, (-0.007 * i, -0.007 * i, 0.0), i))
+    solution = bench.last(IK_SOLUTION)
+    assert solution.status == "converged"
+    assert solution.sequence == 20
+    assert solution.position_error_m < 3e-4
+    assert solution.orientation_error_rad < np.radians(0.3)
+    assert limb_limits(robot).violation(np.array(solution.q_rad)) <= 1e-9
+
+
+def test_no_joint_jumps_between_two_answers(robot: RobotFile, bench: Bench) -> None:
+    for i in range(40):
+        bench.put(VIRTUAL_POINT, point(robot, (-0.005 * i, 0.0, 0.0), i))
+    postures = np.array([solution.q_rad for solution in bench.sent(IK_SOLUTION)])
+    assert np.abs(np.diff(postures, axis=0)).max() <= np.radians(5.0) + 1e-9
+
+
+def test_out_of_reach_says_so_and_gives_the_nearest(robot: RobotFile, bench: Bench) -> None:
+    for i in range(60):
+        bench.put(VIRTUAL_POINT, point(robot, (-0.02 * i, 0.0, 0.0), i))
+    solution = bench.last(IK_SOLUTION)
+    assert solution.status == "infeasible"
+    assert solution.position_error_m > 0.1
+    assert np.isfinite(solution.q_rad).all()
+    assert limb_limits(robot).violation(np.array(solution.q_rad)) <= 1e-9
+
+
+def test_point_that_is_not_finite_is_refused(robot: RobotFile, bench: Bench) -> None:
+    bench.put(VIRTUAL_POINT, point(robot, (float("nan"), 0.0, 0.0)))
+    assert bench.sent(IK_SOLUTION) == []
+    assert isinstance(bench.service, Ik)
+    assert bench.service.refused == 1
+
+
+def test_is_silent_before_the_joints_are_known(robot: RobotFile) -> None:
+    bench = Bench(Ik(robot))
+    bench.put(VIRTUAL_POINT, point(robot, (0.0, 0.0, 0.0)))
+    assert bench.sent(IK_SOLUTION) == []
