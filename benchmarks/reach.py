@@ -153,8 +153,10 @@ def slow_hop_rows(robot: RobotFile, seeds: Iterable[int]) -> list[Row]:
 
 def ablation_rows(robot: RobotFile, seeds: Iterable[int]) -> list[Row]:
     """What the compliant arm loses without its outer loop, and without gravity compensation."""
-    still = CartesianParams(trajectory_time_s=robot.reach.trajectory_time_s,
-        correction=CorrectionParams(gain_per_s=0.0),)
+    still = CartesianParams(
+        trajectory_time_s=robot.reach.trajectory_time_s,
+        correction=CorrectionParams(gain_per_s=0.0),
+    )
     cases: tuple[tuple[str, float, float, Callable[[], dict[str, Service]]], ...] = (
         (
             "outer loop off: error shows the friction limit",
@@ -164,8 +166,8 @@ def ablation_rows(robot: RobotFile, seeds: Iterable[int]) -> list[Row]:
         ),
         (
             "gravity offset off as well: error proves the offset",
-            15.0,
-            60.0,
+            25.0,
+            50.0,
             lambda: {"cartesian": Cartesian(robot, still), "dynamics": Weightless(robot)},
         ),
     )

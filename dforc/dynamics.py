@@ -23,6 +23,7 @@ import numpy as np
 
 from dforc.arrays import ArrayLike, Matrix, Vector, constant, finite_vector
 from dforc.errors import DforcError
+from dforc.kinematics import HandKinematics
 
 REST_SPEED_RAD_S = 0.02  # encoders of 4096 ticks per turn count 0.015 rad/s at 10 ms
 
@@ -35,10 +36,8 @@ class TooFewSamplesError(DforcError):
     """The offset was asked for before enough samples were in."""
 
 
-class LimbModel(Protocol):
+class LimbModel(HandKinematics, Protocol):
     """What the estimate asks of dforc.robot_model.RobotModel."""
-
-    n: int
 
     def inverse_dynamics(
         self, q_rad: Vector, dq_rad_s: Vector, ddq_rad_s2: Vector
@@ -48,14 +47,6 @@ class LimbModel(Protocol):
 
     def sensor_pose(self, q_rad: Vector, name: str) -> tuple[Matrix, Vector]:
         """Rotation and position of a sensor's frame in the base frame."""
-        ...
-
-    def tip_pose(self, q_rad: Vector) -> tuple[Matrix, Vector]:
-        """Rotation and position of the hand in the base frame."""
-        ...
-
-    def tip_jacobian(self, q_rad: Vector) -> Matrix:
-        """Jacobian (6, n) of the hand, linear rows first, base axes."""
         ...
 
     def gravity(self, q_rad: Vector) -> Vector:

@@ -15,7 +15,3 @@ class ShapeError(DforcError, ValueError):
 
 class LimitsError(DforcError, ValueError):
     """Limits that no posture can keep, or that do not belong to the chain."""
-
-
-class SolverError(DforcError):
-    """The optimiser could not be built as asked."""

@@ -16,17 +16,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
 
 import numpy as np
 
 from dforc.arrays import ArrayLike, Matrix, Vector, constant, finite_vector
 from dforc.errors import LimitsError
 from dforc.ik_request import IkRequest, RequestCheck
+from dforc.kinematics import ChainKinematics
 from dforc.limits import JointLimits
 from dforc.path_following import OptimalPoint, PathFollower
 from dforc.reaching import Reached, ReachingSolver
-from dforc.robot_model import ChainElement
 from dforc.rotation import angle_between
 from dforc.symbolic.buffered import BufferedFunction
 from dforc.symbolic.ipopt import IpoptSolver
@@ -69,20 +68,6 @@ class IkResult:
     step_limited: bool  # the joint step of this tick stood in the way: ask again from here
 
 
-class KinematicModel(Protocol):
-    """What the solver asks of dforc.robot_model.RobotModel."""
-
-    n: int
-
-    def tip_pose(self, q_rad: Vector) -> tuple[Matrix, Vector]:
-        """Rotation (3, 3) and position (3,) of the hand in the base frame."""
-        ...
-
-    def chain_description(self) -> Sequence[ChainElement]:
-        """Placements and axes from the base to the hand."""
-        ...
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Memory:
     """The last request and its answer."""
@@ -97,7 +82,7 @@ class InverseKinematics:
 
     def __init__(
         self,
-        model: KinematicModel,
+        model: ChainKinematics,
         limits: JointLimits,
         rest_rad: ArrayLike,
         rest_weights: ArrayLike,

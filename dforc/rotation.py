@@ -12,12 +12,6 @@ from dforc.arrays import ArrayLike, Matrix, Vector
 SMALL_RAD = 1e-8  # below it, sin(x)/x and its kin are at their limits to rounding
 
 
-def skew(v: ArrayLike) -> Matrix:
-    """Matrix (3, 3) of the cross product with v on its left."""
-    x, y, z = v
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-
-
 def matrix(rotation_rad: ArrayLike) -> Matrix:
     """Rotation matrix (3, 3) of a rotation vector (3,): Rodrigues' formula."""
     x, y, z = (float(c) for c in rotation_rad)

@@ -234,6 +234,7 @@ class Reach(Service):
 
     def _come_down(self) -> Script:
         self._say("coming down")
+        self.recording.ended = True
         if self._goal is not None:
             self._goal = None
             self._outputs.put(

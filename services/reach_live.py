@@ -16,6 +16,7 @@ from services.reach_virtual import Outcome, torque_loop_percentiles
 from services.streams import STATS
 
 SHOW_EVERY_STEPS = 10
+HELD_AFTER_DEATH_NS = 1_000_000_000
 MEASURED = ("boards", "robot", "ik")
 
 
@@ -25,8 +26,11 @@ def run_live(
     can: str,
     progress: Callable[[float, str], None],
     say: Callable[[str], None],
+    watch: Callable[[Stack, Reach], None] | None = None,
 ) -> Outcome:
     """Start a stack, do the job, and bring everything down again, whatever happens.
+
+    `watch` is called ten times a second, for experiments that break something on purpose.
 
     Raises:
         ConfigError: an unknown transport.
@@ -44,9 +48,10 @@ def run_live(
     stats: dict[str, ServiceStats] = {}
     with Stack(robot, can=chosen, seed=options.seed, rows=rows, report=say) as stack:
         try:
-            elapsed_s, stats = _work(stack, robot_name(robot), job, progress)
+            elapsed_s, stats = _work(stack, robot_name(robot), job, progress, watch)
         except ProcessDiedError as error:
-            job.recording.failure = f"{error}; the end of its log:\n{error.log_tail}"
+            job.recording.failure = str(error)
+            say(f"the end of the log of {error.process}:\n{error.log_tail}")
             elapsed_s = 0.0
         except KeyboardInterrupt:
             job.recording.failure = "interrupted"
@@ -58,7 +63,11 @@ def run_live(
 
 
 def _work(
-    stack: Stack, robot: str, job: Reach, progress: Callable[[float, str], None]
+    stack: Stack,
+    robot: str,
+    job: Reach,
+    progress: Callable[[float, str], None],
+    watch: Callable[[Stack, Reach], None] | None,
 ) -> tuple[float, dict[str, ServiceStats]]:
     client = stack.client
     for process in MEASURED:
@@ -66,17 +75,28 @@ def _work(
     executor = LiveExecutor("reach", job, client.session, robot, RealClock())
     start_ns = wall_ns()
     steps = 0
+    death: ProcessDiedError | None = None
+    death_ns = 0
 
     def finished() -> bool:
-        nonlocal steps
+        nonlocal steps, death, death_ns
         steps += 1
         if steps % SHOW_EVERY_STEPS == 0:
-            stack.check()
+            if watch is not None:
+                watch(stack, job)
+            try:
+                stack.check()
+            except ProcessDiedError as error:
+                if death is None:
+                    death, death_ns = error, wall_ns()
             progress((wall_ns() - start_ns) * 1e-9, job.progress)
-        return job.finished
+        # A dead process means: hold, report, stop. In this time it can be seen to hold.
+        return job.finished or (death is not None and wall_ns() - death_ns > HELD_AFTER_DEATH_NS)
 
     executor.run(finished)
     elapsed_s = (wall_ns() - start_ns) * 1e-9
+    if death is not None:
+        raise death
     return elapsed_s, {p: s for p in MEASURED if (s := client.latest(STATS[p])) is not None}
 
 

@@ -87,6 +87,7 @@ class Recording:
         self.push_begin_ns: int | None = None
         self.push_end_ns: int | None = None
         self.begin_ns = 0
+        self.ended = False  # the arm comes down: no samples from here on
         self.plant_ticks = (0, 0)  # first and last seen
         self._goal_rotation: Vector = np.eye(3)
         self._target: Vector = np.zeros(3)
@@ -112,7 +113,7 @@ class Recording:
         self.truth = sample.truth
         self.plant_ticks = (self.plant_ticks[0], sample.truth.ticks)
         self.solution = sample.solution
-        if self.scene is None:
+        if self.scene is None or self.ended:
             return
         tip = np.array(sample.truth.tip_position_m)
         turned = rotation.matrix(sample.truth.tip_rotation_rad)

@@ -84,6 +84,11 @@ class RobotService(Service):
             ROBOT_STATUS,
         )
 
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Texts of the last faults, newest last."""
+        return tuple(fault.text for fault in self._hal.fault_events)
+
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
         """Take in set-points and torques, run the HAL one millisecond, publish what is due."""
         self._serve(inputs, outputs)

@@ -3,7 +3,7 @@
 Emulated boards, memory buses, every service of the stack.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from firmware_sim.rig import Rig
 from hal.buses.memory import MemoryBus, MemoryNetwork
@@ -34,6 +34,7 @@ class Simulation:
         hop_ticks: int = 1,
         guests: Mapping[str, Service] | None = None,
         replaced: Mapping[str, Service] | None = None,
+        wrapped: Callable[[str, Service], Service] | None = None,
     ) -> None:
         """Build everything.
 
@@ -42,6 +43,7 @@ class Simulation:
             seed: draws plant masses and levers, sensor noise and offset.
             hop_ticks: what one hop between two processes costs, in ms.
             guests: services beside the stack.
+            wrapped: puts something around each service, for experiments that break one.
             replaced: services that take the place of the stack's own, by process name.
         """
         self.clock = VirtualClock()
@@ -59,8 +61,14 @@ class Simulation:
         stack.update(replaced or {})
         stack.update(guests or {})
         self.services = stack
-        self.executor = VirtualExecutor(self.clock, stack, hop_ticks)
+        wrapped = wrapped or _as_it_is
+        run = {name: wrapped(name, service) for name, service in stack.items()}
+        self.executor = VirtualExecutor(self.clock, run, hop_ticks)
 
     def _buses(self, robot: RobotFile) -> dict[int, MemoryBus]:
         """A handle of its own on every bus, for one process."""
         return {bus.number: MemoryBus(self.network, bus.channel) for bus in robot.buses.values()}
+
+
+def _as_it_is(name: str, service: Service) -> Service:  # noqa: ARG001
+    return service

@@ -279,3 +279,28 @@ def test_what_is_no_rotation_is_refused(
     for wrong in (R * 1.01, -R, R[:2]):
         with pytest.raises(ShapeError):
             solver.solve(p, wrong, home)
+
+
+def test_every_answer_to_hostile_requests_is_finite_and_inside_everything(
+    solver: InverseKinematics,
+    model: RobotModel,
+    limits: JointLimits,
+    home: Vector,
+    postures: list[Vector],
+) -> None:
+    rng = np.random.default_rng(9)
+    q = home
+    for _ in range(150):
+        far = rng.normal(size=3) * 10.0 ** rng.uniform(-2.0, 5.0)
+        position = (far, model.tip_pose(q)[1] + far * 0.01)[rng.integers(2)]
+        start = (q, q, rng.normal(size=10) * 3.0, postures[rng.integers(60)])[rng.integers(4)]
+        step = (math.inf, 0.1, 0.0)[rng.integers(3)]
+        blocked = rng.random(10) < 0.2
+        R = rotation.matrix(rng.normal(size=3) * 3.0)
+        result = solver.solve(position, R, start, step, list(blocked))
+        q = result.q_rad
+        begun = limits.project(start)
+        assert np.isfinite(q).all()
+        assert limits.violation(q) <= 1e-9
+        assert (np.abs(q - begun) <= step + 1e-9).all()
+        assert np.abs(q - begun)[blocked].max(initial=0.0) <= 1e-12

@@ -45,8 +45,3 @@ def test_error_turns_the_first_orientation_into_the_second() -> None:
     error = rotation.rotation_error(a, b)
     assert rotation.matrix(error) @ a == pytest.approx(b, abs=1e-14)
     assert rotation.angle_between(a, b) == pytest.approx(float(np.linalg.norm(error)))
-
-
-def test_skew_is_the_cross_product() -> None:
-    a, b = np.array([1.0, 2.0, 3.0]), np.array([-2.0, 0.5, 4.0])
-    assert rotation.skew(a) @ b == pytest.approx(np.cross(a, b))
