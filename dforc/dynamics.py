@@ -23,7 +23,6 @@ import numpy as np
 
 from dforc.arrays import ArrayLike, Matrix, Vector, constant, finite_vector
 from dforc.errors import DforcError
-from dforc.kinematics import HandKinematics
 
 REST_SPEED_RAD_S = 0.02  # encoders of 4096 ticks per turn count 0.015 rad/s at 10 ms
 
@@ -36,8 +35,10 @@ class TooFewSamplesError(DforcError):
     """The offset was asked for before enough samples were in."""
 
 
-class LimbModel(HandKinematics, Protocol):
+class LimbModel(Protocol):
     """What the estimate asks of dforc.robot_model.RobotModel."""
+
+    n: int
 
     def inverse_dynamics(
         self, q_rad: Vector, dq_rad_s: Vector, ddq_rad_s2: Vector
@@ -45,8 +46,8 @@ class LimbModel(HandKinematics, Protocol):
         """Joint torques (n,) and each sensor's wrench (6,) in its own frame."""
         ...
 
-    def sensor_pose(self, q_rad: Vector, name: str) -> tuple[Matrix, Vector]:
-        """Rotation and position of a sensor's frame in the base frame."""
+    def sensor_to_tip(self, q_rad: Vector, name: str) -> tuple[Matrix, Vector, Matrix]:
+        """Sensor's rotation in the base, vector from tip to sensor, Jacobian of the tip."""
         ...
 
     def gravity(self, q_rad: Vector) -> Vector:
@@ -111,15 +112,12 @@ class TorqueEstimator:
         # One check for all four: this runs at 1 kHz.
         together = finite_vector("state, wrench, offset", np.concatenate(given), 2 * n + 12)
         q, dq, measured = together[:n], together[n : 2 * n], together[-12:-6] - together[-6:]
-        # After the Newton-Euler pass: the placements it leaves are the sensor's and the hand's.
         tau_nm, predicted = self._model.inverse_dynamics(q, dq, self._still)
         excess = measured - predicted[self._sensor]
-        R, p_sensor = self._model.sensor_pose(q, self._sensor)
-        _, p_hand = self._model.tip_pose(q)
+        R, lever, J = self._model.sensor_to_tip(q, self._sensor)
         force, moment = R @ excess[:3], R @ excess[3:]
-        moment = moment + _cross(p_sensor - p_hand, force)
+        moment = moment + _cross(lever, force)
         external = np.concatenate([force, moment])
-        J = self._model.tip_jacobian(q)
         return Estimate(tau_nm - external @ J, force, moment)
 
     def gravity(self, q_rad: ArrayLike) -> Vector:

@@ -36,7 +36,7 @@ from services.streams import (
     WRENCH,
 )
 
-STATE_AGE_S = 0.02  # joint states come every 2 ms
+STATE_AGE_S = 0.02  # five joint states
 OFFSET_PERIOD_NS = 10_000_000  # gravity offsets, as the boards are sent them
 STATUS_PERIOD_NS = 50_000_000
 REST_PATIENCE = 2000  # readings in motion before a calibration gives up

@@ -7,10 +7,10 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from dforc.capsules import arm_clearance
 from numpy.typing import NDArray
 
 from dforc import rotation
+from dforc.capsules import arm_clearance
 from dforc.robot_model import RobotModel
 from services.limb import limb_model
 from services.messages import (

@@ -39,7 +39,7 @@ from services.streams import (
 from services.wiring import robot_description
 
 TICK_S = 0.001
-STATE_EVERY_TICKS = 2
+STATE_EVERY_TICKS = 4  # the boards tell positions each 4 or 5 ms
 STATUS_EVERY_TICKS = 10
 COMMAND_AGE_NS = 100_000_000  # ten control periods: a command older than this is history
 FAILURES_KEPT = 8

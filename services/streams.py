@@ -26,7 +26,7 @@ from services.messages import (
 )
 
 # per part
-JOINT_STATE = PlacedStream("joint_state", JointState, rate_hz=500)
+JOINT_STATE = PlacedStream("joint_state", JointState, rate_hz=250)
 JOINT_COMMAND = PlacedStream("joint_command", JointCommand, rate_hz=100)
 TORQUE_ESTIMATE = PlacedStream("torque_estimate", TorqueEstimate, rate_hz=1000)
 IMPEDANCE_OFFSET = PlacedStream("impedance_offset", ImpedanceOffset, rate_hz=100)

@@ -10,11 +10,13 @@ itself (interface "ulna_zenoh") reads the monotonic clock here.
 """
 
 import json
+import os
 import secrets
 import threading
 import time  # noqa: TID251  see above
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import msgspec
 import zenoh
@@ -28,8 +30,17 @@ DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 INBOX_LIMIT = 4096  # batches; 2 s of two busy senders at 1 kHz
 LEASE_MS = 2000  # a frozen peer is noticed after this
 RECONNECT = {"period_init_ms": 50, "period_max_ms": 500, "period_increase_factor": 1.5}
-# A consumer that stops reading costs the others at most this long, then its link is closed [us].
-CLOSE_STALLED_LINK_US = 500_000
+# What a consumer that stops reading may cost the others, once, before its link is closed [us].
+CLOSE_STALLED_LINK_US = 50_000
+# Threads of Zenoh's runtime. A client gets by with two: every hand-over from thread to thread is a
+# system call or two. In the hub a frozen consumer takes up to one receiving thread with it; with a
+# single one it would stop all traffic, so there are spare ones.
+THREADS_VARIABLE = "ZENOH_RUNTIME"
+CLIENT_THREADS = (
+    "(rx: (worker_threads: 1), tx: (worker_threads: 1), "
+    "acc: (handover: rx), app: (handover: rx), net: (handover: rx))"
+)
+ROUTER_THREADS = "(rx: (worker_threads: 4), tx: (worker_threads: 2))"
 
 Batch = tuple[int, int, list[tuple[int, bytes]]]
 _encode = msgspec.msgpack.Encoder().encode
@@ -56,11 +67,25 @@ def base_settings(mode: str) -> dict[str, object]:
 
 
 def open_session(settings: dict[str, object]) -> zenoh.Session:
-    """Open a session; raises zenoh.ZError."""
+    """Open a session; raises zenoh.ZError. The process's first one settles Zenoh's threads."""
     config = zenoh.Config()
     for path, value in settings.items():
         config.insert_json5(path, json.dumps(value))
-    return zenoh.open(config)
+    with _threads(ROUTER_THREADS if settings["mode"] == "router" else CLIENT_THREADS):
+        return zenoh.open(config)
+
+
+@contextmanager
+def _threads(wanted: str) -> Iterator[None]:
+    """Zenoh reads its threads from the environment only; child processes must not inherit ours."""
+    if THREADS_VARIABLE in os.environ:  # the user's own choice
+        yield
+        return
+    os.environ[THREADS_VARIABLE] = wanted
+    try:
+        yield
+    finally:
+        del os.environ[THREADS_VARIABLE]
 
 
 def open_client(endpoint: str, timeout_s: float = 5.0) -> zenoh.Session:

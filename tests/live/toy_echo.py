@@ -34,7 +34,8 @@ class Echo(Service):
         outputs.put(FAREWELL, Ping(now_ns, self._echoed))
 
 
-def build(context: Context) -> Echo:  # noqa: ARG001
+def build(context: Context) -> Echo:
+    context.open_bus(2)  # never read: for the test of a frozen consumer
     return Echo()
 
 
