@@ -7,14 +7,15 @@ the arm's lag cannot shake it. Both generators work on the error against the tar
 target whose velocity is told is followed without lag. A target that jumps is reached in minimum
 jerk after T; after that, and for a target that moves smoothly, the time to go stays at its floor.
 
-Below the plan, dforc.outer_correction moves the joint reference by the integral of the measured
-error.
+Below the plan, dforc.outer_correction moves the reference of compliant joints by the integral of
+their measured error.
 
 Lengths in m, angles in rad, base frame, joint vectors (n,) in the order of the model; task vectors
 (6,) hold the linear part, then the angular one.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,7 +27,7 @@ from dforc.kinematics import HandKinematics
 from dforc.limits import JointLimits
 from dforc.min_jerk import Motion, advance
 from dforc.multi_referential import Coupling, CouplingParams
-from dforc.outer_correction import CorrectionParams, CorrectionState, OuterCorrection
+from dforc.outer_correction import CorrectionParams, CorrectionState, corrected
 from dforc.rotation import rotation_error
 
 STOP_SHARE = 0.4  # of speed times T: where a minimum-jerk stop comes to rest without turning back
@@ -67,6 +68,7 @@ class Measurement:
     """What is known of the arm now."""
 
     q_rad: ArrayLike  # (n,)
+    compliant: Sequence[bool]  # (n,), joints without an integrator of their own
     external_force_n: float = 0.0  # norm of the estimated force on the hand
 
 
@@ -88,7 +90,7 @@ class CartesianState:
 class CartesianOutput:
     """The reference for the joints, and what to report."""
 
-    q_rad: Vector  # q_ref (n,): inside limits and rows
+    q_rad: Vector  # q_ref (n,): inside the joint ranges
     dq_rad_s: Vector  # velocity of the plan (n,)
     plan_q_rad: Vector  # (n,)
     plan_position_m: Vector  # (3,) at the time of the measurement
@@ -108,7 +110,6 @@ class CartesianController:
         self,
         model: HandKinematics,
         limits: JointLimits,
-        correction_weights: ArrayLike,
         params: CartesianParams | None = None,
     ) -> None:
         """Keep model, limits and tuning.
@@ -116,7 +117,6 @@ class CartesianController:
         Args:
             model: kinematics of the hand.
             limits: ranges and rows that plan and reference keep.
-            correction_weights: share of each joint in the outer correction (n,).
             params: tuning.
         """
         self._model = model
@@ -128,8 +128,6 @@ class CartesianController:
             posture_s=self._params.posture_time_s,
         )
         self._coupling = Coupling(limits, self._params.coupling)
-        weights = finite_vector("correction weights", correction_weights, model.n)
-        self._correction = OuterCorrection(weights, self._params.correction)
 
     def start(self, q_ref_rad: ArrayLike) -> CartesianState:
         """At rest at the reference that the joints hold now (not the measured posture: no jump)."""
@@ -163,12 +161,13 @@ class CartesianController:
         R, p = self._model.tip_pose(state.q_plan)
         R_measured, p_measured = self._model.tip_pose(q_measured)
         error = np.concatenate([p - p_measured, rotation_error(R_measured, R)])
-        correction = self._correction.step(
+        correction = corrected(
             state.correction,
-            error,
-            self._model.tip_jacobian(q_measured),
+            state.q_plan - q_measured,
+            measured.compliant,
             measured.external_force_n,
             self._params.period_s,
+            self._params.correction,
         )
         after, dq = self._moved(state, aim, (R, p), correction)
         after, q_ref = self._referenced(after, dq)
@@ -238,13 +237,19 @@ class CartesianController:
         return after, dq
 
     def _referenced(self, state: CartesianState, dq: Vector) -> tuple[CartesianState, Vector]:
-        """q_ref inside limits and rows; what they cut off is not kept in the correction."""
+        """q_ref inside the joint ranges; what they cut off is not kept in the correction.
+
+        Not inside the rows: the correction is what a spring needs for the joint to stand at the
+        plan, and the plan keeps the rows.
+        """
+        limits = self._limits
         wanted = state.q_plan + state.correction.offset_rad
-        q = self._limits.project(wanted)
+        q = np.clip(wanted, limits.lower_rad, limits.upper_rad)
         if (q != wanted).any():
             kept = replace(state.correction, offset_rad=q - state.q_plan, saturated=True)
             state = replace(state, correction=kept)
-        return state, self._limits.project(q + self._params.lead_s * dq)
+        led = q + self._params.lead_s * dq
+        return state, np.clip(led, limits.lower_rad, limits.upper_rad)
 
 
 def _length(vector: Vector) -> float:

@@ -1,19 +1,31 @@
-"""Integral correction of the joint reference by the measured error of the hand against the plan.
+"""Integral correction of the reference of compliant joints by their error against the plan.
 
-Friction, gravity and the spring of a compliant arm leave the hand beside its plan. Each period
+Dry friction, an inexact gravity model and the spring leave a compliant joint beside its plan. Each
+period
 
-    c += k dt W J' (J W J' + lambda I)^-1 e,   e = (x_plan - x ; rotation vector of R_plan R')
+    c += k dt (q_plan - q),    q_ref = q_plan + c
 
-moves the joint reference q_plan + c. The correction is bounded, and stands still while the
-estimated external force exceeds a threshold (with hysteresis): otherwise a pushed compliant arm
-would push back until its compliance is gone.
+takes that out. A stiff joint has such an integrator on its board, and two of them around one dry
+friction would hunt for ever: so only compliant joints are corrected, and the correction of a joint
+that turns stiff fades out. For the same reason a joint that has come to within half an encoder tick
+is left alone until it is well away again.
+
+The correction is bounded, and stands still while the estimated external force exceeds a threshold
+(with hysteresis): otherwise a pushed arm would push back until its compliance is gone.
+
+The same integral over the hand's error (inner-loop reference, section 3) needs the stiff joints to
+correct six directions with four compliant ones, and hunted: 1 to 3 mm at rest, here 0.5.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from dforc.arrays import ArrayLike, Matrix, Vector, constant
+from dforc.arrays import Vector
+
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,14 +33,12 @@ class CorrectionParams:
     """Tuning of the correction."""
 
     gain_per_s: float = 4.0  # k; 0 switches the correction off
-    damping: float = 1e-4  # lambda
     bound_rad: float = 0.25  # of each joint's correction
-    force_on_n: float = 2.0  # freezes above; contact-free estimates stay below 0.3 N
+    error_limit_rad: float = 0.05  # a larger error does not correct faster: a released arm springs
+    force_on_n: float = 2.0  # freezes above; contact-free estimates stay below 0.6 N
     force_off_n: float = 1.2  # thaws below
-    position_deadband_m: float = 1e-4
-    orientation_deadband_rad: float = 1e-3
-    position_error_limit_m: float = 0.02  # a larger error does not correct faster: a released arm
-    orientation_error_limit_rad: float = 0.1  # springs back by itself
+    settle_rad: float = 0.0008  # half a tick of the 12-bit encoders, 0.044 deg: arrived
+    wake_rad: float = 0.0018  # a little over a tick: go on
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,61 +46,42 @@ class CorrectionState:
     """What is carried from period to period."""
 
     offset_rad: Vector  # c (n,)
+    settled: Flags  # (n,)
     gated: bool
     saturated: bool
 
     @classmethod
     def none(cls, n: int) -> "CorrectionState":
         """No correction yet."""
-        return cls(np.zeros(n), False, False)
+        return cls(np.zeros(n), np.zeros(n, dtype=np.bool_), gated=False, saturated=False)
 
 
-class OuterCorrection:
-    """The constants of the correction: its tuning and W (n,), the share of each joint."""
+def corrected(
+    state: CorrectionState,
+    error_rad: Vector,
+    compliant: Sequence[bool],
+    external_force_n: float,
+    period_s: float,
+    params: CorrectionParams,
+) -> CorrectionState:
+    """The correction one period later.
 
-    def __init__(self, weights: ArrayLike, params: CorrectionParams) -> None:
-        self._weights = constant(weights)
-        self._params = params
-
-    def step(
-        self,
-        state: CorrectionState,
-        error: Vector,
-        J: Matrix,
-        external_force_n: float,
-        period_s: float,
-    ) -> CorrectionState:
-        """One period.
-
-        Args:
-            state: as the previous period left it.
-            error: e (6,), plan minus measured: [m] and rotation vector [rad], base frame.
-            J: Jacobian of the hand (6, n) at the measured posture.
-            external_force_n: norm of the estimated force on the hand.
-            period_s: dt.
-        """
-        p = self._params
-        gated = external_force_n > (p.force_off_n if state.gated else p.force_on_n)
-        if gated or p.gain_per_s == 0.0:
-            return CorrectionState(state.offset_rad, gated, state.saturated)
-        e = np.concatenate(
-            [
-                _within(error[:3], p.position_deadband_m, p.position_error_limit_m),
-                _within(error[3:], p.orientation_deadband_rad, p.orientation_error_limit_rad),
-            ]
-        )
-        JW = J * self._weights
-        M = JW @ J.T
-        M[np.diag_indices(6)] += p.damping
-        wanted = state.offset_rad + (p.gain_per_s * period_s) * (JW.T @ np.linalg.solve(M, e))
-        offset: Vector = np.clip(wanted, -p.bound_rad, p.bound_rad)
-        return CorrectionState(offset, False, bool((offset != wanted).any()))
-
-
-def _within(error: Vector, deadband: float, limit: float) -> Vector:
-    """The error less its dead band, limited in length, in its direction."""
-    size = float(np.sqrt(error @ error))
-    if size <= deadband:
-        return np.zeros(3)
-    shortened: Vector = error * (min(size - deadband, limit) / size)
-    return shortened
+    Args:
+        state: as the previous period left it.
+        error_rad: plan minus measured angle (n,).
+        compliant: joints that are corrected (n,); the correction of the others fades out.
+        external_force_n: norm of the estimated force on the hand.
+        period_s: dt.
+        params: tuning.
+    """
+    share = min(1.0, params.gain_per_s * period_s)
+    taken = np.asarray(compliant, dtype=np.bool_)
+    gated = external_force_n > (params.force_off_n if state.gated else params.force_on_n)
+    away = np.abs(error_rad)
+    settled = away <= np.where(state.settled, params.wake_rad, params.settle_rad)
+    moving = taken & ~settled & (not gated)
+    change = share * np.clip(error_rad, -params.error_limit_rad, params.error_limit_rad)
+    wanted = np.where(moving, state.offset_rad + change, state.offset_rad)
+    wanted = np.where(taken, wanted, (1.0 - share) * wanted)
+    offset: Vector = np.clip(wanted, -params.bound_rad, params.bound_rad)
+    return CorrectionState(offset, settled, gated, bool((offset != wanted).any()))

@@ -78,6 +78,7 @@ class Joint(msgspec.Struct, frozen=True, kw_only=True):
     zero_deg: float
     min_deg: float
     max_deg: float
+    margin_deg: float = 0.0  # set-points stay this far inside: what the axis overshoots at most
     max_velocity_deg_s: float
     position_pid: PositionPid
     current_limit_ma: int

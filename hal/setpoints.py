@@ -17,6 +17,8 @@ from hal.wire.numbers import round_half_away
 
 CYCLE_NS = 10_000_000
 REPEAT_NS = 100_000_000  # an unchanged reference, in case a frame was lost
+BRAKING_S = 0.6  # towards a limit: the slowest of the boards' position loops settle in this
+CREEP_TICKS = 0.2  # so that the limit itself is reached
 _DIRECT = int(ControlMode.DIRECT)  # compared each millisecond
 TORQUE_AGE_NS = 100_000_000  # the boards have no time-out of their own in torque mode
 ACCELERATION = 1  # least value of VELOCITY_MOVE; with shift 8 any real acceleration is below 1
@@ -29,12 +31,14 @@ class Setpoints:
         "_axis",
         "_cycle_ns",
         "_faults",
+        "_limit_ticks",
         "_look_ahead_s",
         "_max_step_ticks",
         "_offset_cycle_ns",
         "_offset_due",
         "_reached_ticks",
         "_repeat_ns",
+        "_room_per_cycle",
         "_target_ticks",
         "_torque_counts",
         "_torque_ns",
@@ -43,12 +47,14 @@ class Setpoints:
 
     def __init__(self, axis: Axis, faults: FaultLog, velocity_timeout_s: float) -> None:
         """`velocity_timeout_s`: how long the board keeps a velocity, so how far ahead to look."""
-        self._look_ahead_s = velocity_timeout_s
+        self._look_ahead_s = max(velocity_timeout_s, BRAKING_S)
         self._axis = axis
         self._faults = faults
         units = axis.units
         speed_ticks_s = abs(units.ticks_per_rad) * units.max_velocity_rad_s
         self._max_step_ticks = speed_ticks_s * CYCLE_NS / 1e9  # not whole: 30 deg/s is 3.4 ticks
+        self._limit_ticks = (units.low_ticks, units.high_ticks)
+        self._room_per_cycle = CYCLE_NS / 1e9 / BRAKING_S
         self._cycle_ns = 0
         self._repeat_ns = 0
         self._offset_cycle_ns = 0
@@ -129,13 +135,25 @@ class Setpoints:
         if target is None or (target == self._reached_ticks and now_ns < self._repeat_ns):
             return
         step = target - self._reached_ticks
-        if abs(step) > self._max_step_ticks:
+        allowed = self._allowed_step(step)
+        if abs(step) > allowed:
             self._faults.clamp("speed of position")
-            self._reached_ticks += math.copysign(self._max_step_ticks, step)
+            self._reached_ticks += math.copysign(allowed, step)
         else:
             self._reached_ticks = target
         self._sent(now_ns)
         self._axis.send(motor.SET_COMMAND_POSITION, round_half_away(self._reached_ticks))
+
+    def _allowed_step(self, step: float) -> float:
+        """Largest change of one cycle in the direction of `step`, ticks.
+
+        The board's loop trails a moving reference and then runs past where it stops. So towards a
+        limit the reference slows down with the room that is left.
+        """
+        low, high = self._limit_ticks
+        room = high - self._reached_ticks if step > 0 else self._reached_ticks - low
+        braked = max(room, 0.0) * self._room_per_cycle + CREEP_TICKS
+        return min(self._max_step_ticks, braked)
 
     def _send_velocity(self, now_ns: int) -> None:
         wanted, self._velocity_rad_s = self._velocity_rad_s, None

@@ -21,6 +21,8 @@ class AxisUnits:
         "_ticks_per_deg",
         "_velocity_scale",
         "_zero_deg",
+        "board_high_ticks",
+        "board_low_ticks",
         "high_ticks",
         "low_ticks",
         "max_move_speed_counts",
@@ -40,14 +42,16 @@ class AxisUnits:
         self.rad_per_tick = math.radians(1.0 / joint.ticks_per_deg)
         self.ticks_per_rad = math.degrees(joint.ticks_per_deg)
         self.zero_rad = math.radians(joint.zero_deg)
-        self.min_rad = math.radians(joint.min_deg)
-        self.max_rad = math.radians(joint.max_deg)
+        low_deg, high_deg = joint.min_deg + joint.margin_deg, joint.max_deg - joint.margin_deg
+        self.min_rad = math.radians(low_deg)
+        self.max_rad = math.radians(high_deg)
         self.max_velocity_rad_s = math.radians(joint.max_velocity_deg_s)
         fastest_ticks_s = joint.max_velocity_deg_s * abs(joint.ticks_per_deg) / PEAK_OVER_MEAN
         self.max_move_speed_counts = min(max(int(fastest_ticks_s / 10.0), 1), 0x7FFF)
         limits = (self._ticks_of_deg(joint.min_deg), self._ticks_of_deg(joint.max_deg))
-        self.low_ticks = min(limits)
-        self.high_ticks = max(limits)
+        self.board_low_ticks, self.board_high_ticks = min(limits), max(limits)
+        inside = (self._ticks_of_deg(low_deg), self._ticks_of_deg(high_deg))
+        self.low_ticks, self.high_ticks = min(inside), max(inside)
         self._velocity_scale = self.ticks_per_rad / 1000.0 * 2**velocity_shift
         source = joint.torque_source
         self.torque_limit_nm = math.nan if source is None else source.full_scale_nm

@@ -62,14 +62,13 @@ class Cartesian(Service):
         self._robot = robot
         self._model = limb_model(robot)
         params = params or CartesianParams(trajectory_time_s=robot.reach.trajectory_time_s)
-        self._controller = CartesianController(
-            self._model, limb_limits(robot), robot.reach.correction_weights, params
-        )
+        self._controller = CartesianController(self._model, limb_limits(robot), params)
         self._state: CartesianState | None = None
         self._target: CartesianTarget | None = None
         self._points: dict[int, VirtualPoint] = {}
         self._sequence = -1
         self._measured_ns = 0
+        self._compliant: list[bool] = []
         self._refused = 0
         parts = robot.reach.parts
         self._states = tuple(JOINT_STATE[part] for part in parts)
@@ -95,7 +94,9 @@ class Cartesian(Service):
             self._state = self._controller.start(np.array(q_rad))
         silent = inputs.age_s(IK_SOLUTION) > SOLUTION_AGE_S
         force_n = external_force(inputs.fresh(self._estimate, FORCE_AGE_S))
-        measured = Measurement(q_rad=np.array(q_rad), external_force_n=force_n)
+        measured = Measurement(
+            q_rad=np.array(q_rad), compliant=self._compliant, external_force_n=force_n
+        )
         try:
             self._state, output = self._controller.step(
                 self._state, measured, None if silent else self._target
@@ -136,6 +137,7 @@ class Cartesian(Service):
                 self._state = None
             return None
         self._measured_ns = now_ns
+        self._compliant = [c for state in states if state for c in state.compliant]
         modes = [mode for state in states if state for mode in state.control_mode]
         if any(mode != DIRECT_MODE for mode in modes):
             self._state = None

@@ -11,9 +11,7 @@ from services.messages import Floats, JointState
 from services.robot_tables import RobotFile
 from services.wiring import chain_limits_rad, chain_rows_rad, urdf_path
 
-LIMIT_MARGIN_RAD = np.radians(
-    1.0
-)  # kept by every planner, so that control errors do not pass a limit
+PLANNER_MARGIN_DEG = 0.5  # beyond the HAL's own margin, so that a plan is never clamped
 
 
 def limb_model(robot: RobotFile) -> RobotModel:
@@ -27,16 +25,16 @@ def limb_model(robot: RobotFile) -> RobotModel:
     )
 
 
-def limb_limits(robot: RobotFile, margin_rad: float = LIMIT_MARGIN_RAD) -> JointLimits:
-    """Limits and rows of the chain, drawn in by a margin."""
+def limb_limits(robot: RobotFile) -> JointLimits:
+    """Limits and rows of the chain as planners keep them: inside the HAL's set-point limits."""
     lower, upper = chain_limits_rad(robot)
+    margin = np.radians(
+        [robot.joints[name].limit_margin_deg + PLANNER_MARGIN_DEG for name in robot.chain]
+    )
     matrix, row_lower, row_upper = chain_rows_rad(robot)
+    row_margin = np.abs(matrix) @ margin / np.abs(matrix).sum(axis=1)
     return JointLimits.make(
-        lower + margin_rad,
-        upper - margin_rad,
-        matrix,
-        row_lower + margin_rad,
-        row_upper - margin_rad,
+        lower + margin, upper - margin, matrix, row_lower + row_margin, row_upper - row_margin
     )
 
 

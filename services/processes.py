@@ -15,15 +15,16 @@ class Process:
     fifo_priority: int = 0  # SCHED_FIFO where permitted; 0 = ordinary scheduling
     nice: int = 0  # where SCHED_FIFO is not asked for or not permitted
     emulated_only: bool = False  # stands in for hardware: not started on a real robot
+    on_can: bool = False  # keeps real time on the buses: started when the others have loaded
 
 
 HUB = Process("hub", "services.hub", fifo_priority=55)
 
 PROCESSES = (
     HUB,
-    Process("boards", "services.boards", fifo_priority=50, emulated_only=True),
-    Process("robot", "services.robot", fifo_priority=50),
-    Process("guard", "services.guard", fifo_priority=45),
+    Process("boards", "services.boards", fifo_priority=50, emulated_only=True, on_can=True),
+    Process("robot", "services.robot", fifo_priority=50, on_can=True),
+    Process("guard", "services.guard", fifo_priority=45, on_can=True),
     Process("dynamics", "services.dynamics", fifo_priority=48),
     Process("ik", "services.ik", nice=5),
     Process("cartesian", "services.cartesian"),

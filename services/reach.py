@@ -54,7 +54,6 @@ CALIBRATION_TIMEOUT_S = 40.0
 TASK_TIMEOUT_S = 15.0
 HOME_S = 2.0
 SETTLE_S = 1.0
-REACH_TIMEOUT_S = 30.0  # the bar: in the target within this
 DWELL_S = 1.0  # the bar: inside the bars for this long
 FEEDBACK_SILENCE_S = (
     0.5  # status of the robot, or truth of the plant, missing this long: the stack is broken
@@ -83,6 +82,7 @@ class ReachOptions:
     position_bar_m: float = 0.003
     orientation_bar_rad: float = float(np.radians(1.5))
     push: Push | None = None
+    timeout_s: float = 30.0  # in the target within this, or not reached
     hold_s: float = 1.5  # the errors reported are the largest of the last second of it
 
 
@@ -202,7 +202,7 @@ class Reach(Service):
         self._goal = Goal(stamp_ns=0, position_m=self.scene.target_m, rotation_rad=(x, y, z))
         self.recording.begin(self._now_ns, self.scene, kept)
         self._say("reaching")
-        deadline_ns = self._now_ns + round(REACH_TIMEOUT_S * 1e9)
+        deadline_ns = self._now_ns + round(self._options.timeout_s * 1e9)
         inside_since_ns: int | None = None
         while self._now_ns < deadline_ns:
             self._send_scene()

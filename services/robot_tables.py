@@ -88,6 +88,7 @@ class JointTable(Strict, frozen=True, kw_only=True):
     ticks_per_deg: float
     zero_deg: float
     limits_deg: tuple[float, float]
+    limit_margin_deg: float
     hard_stops_deg: tuple[float, float]
     power_up_deg: float
     max_velocity_deg_s: float
@@ -137,7 +138,6 @@ class ReachTable(Strict, frozen=True, kw_only=True):
     rest_deg: tuple[float, ...]
     rest_weights: tuple[float, ...]
     rest_beta: float
-    correction_weights: tuple[float, ...]
     trajectory_time_s: float
 
 

@@ -137,6 +137,7 @@ def _joint(robot: RobotFile, part: str, name: str) -> Joint:
         zero_deg=table.zero_deg,
         min_deg=low,
         max_deg=high,
+        margin_deg=table.limit_margin_deg,
         max_velocity_deg_s=table.max_velocity_deg_s,
         position_pid=table.position_pid,
         current_limit_ma=table.current_limit_ma,

@@ -23,8 +23,8 @@ def axis_settings(axis: Axis, description: RobotDescription) -> Iterator[Setting
         yield from _torque_loop(joint.torque_pid)
     if axis.can_be_compliant:
         yield impedance_setting(axis)
-    yield motor.SET_MIN_POSITION, (axis.units.low_ticks,)
-    yield motor.SET_MAX_POSITION, (axis.units.high_ticks,)
+    yield motor.SET_MIN_POSITION, (axis.units.board_low_ticks,)
+    yield motor.SET_MAX_POSITION, (axis.units.board_high_ticks,)
     yield motor.SET_CURRENT_LIMIT, (joint.current_limit_ma,)
     yield motor.SET_VEL_SHIFT, (description.velocity_shift,)
     yield motor.SET_VEL_TIMEOUT, (description.velocity_timeout_ms,)

@@ -15,8 +15,8 @@ from hal.errors import BusError
 from hal.wire.can import Frame, Received
 
 RECEIVE_BUFFER_BYTES = 4 << 20  # the default holds some 256 frames and then drops without a word
-OFFSET_PERIOD_NS = 1_000_000_000  # the clock of the day is slewed, so look at it now and then
-LATE_NS = 1_000_000_000  # no frame lies in the kernel's buffer for longer
+BATCHES_PER_OFFSET = 500  # half a second of a busy bus
+JUMP_NS = 100_000_000  # a pause that long, or a jump of the clock of the day
 BACKLOG_LIMIT = 256  # frames kept while the interface's queue is full: 30 ms of a 1 Mbit/s bus
 
 # Numbers of the kernel's headers that Python's socket module lacks.
@@ -56,7 +56,6 @@ class SocketCanBus(TupleBus):
         Raises:
             BusError: the kernel has no SocketCAN, or the interface is missing or down.
         """
-        self._now_ns = clock.now_ns
         self._lost = 0
         self._dropped_by_kernel = 0
         self._down = False
@@ -65,7 +64,8 @@ class SocketCanBus(TupleBus):
         self._outgoing, self._incoming = KernelBatch(), KernelBatch()
         self._read_offset_ns = clock.since_day_clock_ns
         self._offset_ns = 0
-        self._offset_due_ns = 0
+        self._last_stamp_ns = 0
+        self._batches_to_offset = 0
         self._socket = _open(channel)
         super().__init__(channel, can_filters)
 
@@ -100,22 +100,15 @@ class SocketCanBus(TupleBus):
     def receive_frames(self) -> list[Received]:
         """See FrameBus; the stamp is the kernel's, on our clock."""
         frames: list[Received] = []
-        now_ns = self._now_ns()
-        if now_ns >= self._offset_due_ns:
-            self._offset_due_ns = now_ns + OFFSET_PERIOD_NS
-            self._offset_ns = self._read_offset_ns()
-        offset_ns = self._offset_ns
         try:
             while True:
                 raw, stamps_ns, dropped = self._incoming.receive(self._socket)
+                offset_ns = self._offset_for(stamps_ns)
                 for (can_id, length, data), stamp_ns in zip(raw, stamps_ns, strict=True):
-                    arrival_ns = stamp_ns + offset_ns
-                    if not 0 <= now_ns - arrival_ns < LATE_NS:
-                        arrival_ns = now_ns  # it came during this call, or the day's clock jumped
                     if can_id & FLAGS:
                         self._note_error_frame(can_id)
                     else:
-                        frames.append((can_id, data[:length], arrival_ns))
+                        frames.append((can_id, data[:length], stamp_ns + offset_ns))
                 if dropped is not None:
                     self._lost += (dropped - self._dropped_by_kernel) & 0xFFFF_FFFF
                     self._dropped_by_kernel = dropped
@@ -136,6 +129,21 @@ class SocketCanBus(TupleBus):
 
     def _wait(self, timeout_s: float | None) -> None:
         select.select([self._socket], [], [], timeout_s)
+
+    def _offset_for(self, stamps_ns: list[int]) -> int:
+        """What to add to the kernel's stamps to have them on our clock.
+
+        Read now and then, as the clock of the day is slewed, and when that clock has jumped. Not
+        each time: on a virtual kernel one look at a clock costs as much as the whole batch.
+        """
+        first_ns, last_ns = stamps_ns[0], stamps_ns[-1]
+        jumped = not 0 <= first_ns - self._last_stamp_ns <= last_ns - self._last_stamp_ns < JUMP_NS
+        self._last_stamp_ns = last_ns
+        self._batches_to_offset -= 1
+        if jumped or self._batches_to_offset <= 0:
+            self._batches_to_offset = BATCHES_PER_OFFSET
+            self._offset_ns = self._read_offset_ns()
+        return self._offset_ns
 
     def _failed(self, error: OSError) -> None:
         """Tell "nothing to do now" from "the bus is gone"."""

@@ -9,14 +9,16 @@ This file takes its time from the clock it is given; only a bus that a python-ca
 itself (interface "ulna_zenoh") reads the monotonic clock here.
 """
 
+import ctypes
 import json
 import os
 import secrets
 import threading
 import time  # noqa: TID251  see above
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import TypeVar
 
 import msgspec
 import zenoh
@@ -28,7 +30,7 @@ from hal.wire.can import Frame, Received
 
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 INBOX_LIMIT = 4096  # batches; 2 s of two busy senders at 1 kHz
-LEASE_MS = 2000  # a frozen peer is noticed after this
+LEASE_MS = 5000  # a frozen peer is noticed after this; a starved one must not be taken for it
 RECONNECT = {"period_init_ms": 50, "period_max_ms": 500, "period_increase_factor": 1.5}
 # What a consumer that stops reading may cost the others, once, before its link is closed [us].
 CLOSE_STALLED_LINK_US = 50_000
@@ -41,6 +43,10 @@ CLIENT_THREADS = (
     "acc: (handover: rx), app: (handover: rx), net: (handover: rx))"
 )
 ROUTER_THREADS = "(rx: (worker_threads: 4), tx: (worker_threads: 2))"
+
+ItemT = TypeVar("ItemT")
+
+_attached: set[int] = set()  # threads of Zenoh's that the interpreter knows for good
 
 Batch = tuple[int, int, list[tuple[int, bytes]]]
 _encode = msgspec.msgpack.Encoder().encode
@@ -110,6 +116,25 @@ def open_client(endpoint: str, timeout_s: float = 5.0) -> zenoh.Session:
         ) from error
 
 
+def in_network_thread(
+    take: Callable[[ItemT], None], drop: Callable[[], None] | None = None
+) -> "zenoh.handlers.Callback[ItemT]":
+    """Have `take` called in Zenoh's own thread, for each item: it must not wait.
+
+    Zenoh attaches its thread to the interpreter for each call and detaches it again, which maps and
+    unmaps memory; a thread that has attached itself once more stays: 40 % less work for each item.
+    """
+
+    def called(item: ItemT) -> None:
+        thread = threading.get_ident()
+        if thread not in _attached:
+            _attached.add(thread)
+            ctypes.pythonapi.PyGILState_Ensure()
+        take(item)
+
+    return zenoh.handlers.Callback(called, drop, indirect=False)
+
+
 def close_session(session: zenoh.Session) -> None:
     """Close a session, which undeclares all that was declared on it."""
     session.close()  # type: ignore[no-untyped-call]  # untyped in zenoh's stubs
@@ -148,14 +173,13 @@ class ZenohBus(TupleBus):
         key = f"{robot}/can/{bus}"
         self._subscriber = self._session.declare_subscriber(
             key,
-            zenoh.handlers.Callback(self._take, indirect=False),
+            in_network_thread(self._take),
             allowed_origin=zenoh.Locality.REMOTE,
         )
         self._publisher = self._session.declare_publisher(
             key,
             congestion_control=zenoh.CongestionControl.BLOCK,
             priority=zenoh.Priority.REAL_TIME,
-            express=True,
             reliability=zenoh.Reliability.RELIABLE,
         )
         super().__init__(channel, can_filters)

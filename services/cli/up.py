@@ -24,6 +24,8 @@ READY_S = 60.0  # all processes import and build their models at once, on two co
 FORCE_AFTER_S = GRACE_S + 1.0
 LAST_TO_STOP = ("boards", HUB.name)  # the others speak to them until their own end
 
+STAGES = 3
+
 Can = Literal["zenoh", "socketcan"]
 
 
@@ -54,6 +56,7 @@ class Stack:
         self._report = report or _silent
         self._clock = RealClock()
         self._children: dict[str, Child] = {}
+        self._ready: set[str] = set()
         self._claim: Claim | None = None
         self._client: Client | None = None
 
@@ -93,10 +96,11 @@ class Stack:
         self._claim = Claim(self._name, robot_name(self._robot))
         try:
             self._start_hub(self._claim)
-            for row in self._rows:
-                if row.name != HUB.name:
-                    self._children[row.name] = self._start_child(row, self._claim)
-            self._wait_ready()
+            for stage in range(STAGES):
+                for row in self._rows:
+                    if row.name != HUB.name and stage_of(row) == stage:
+                        self._children[row.name] = self._start_child(row, self._claim)
+                self._wait_ready()
             complete = True
         finally:
             if not complete:
@@ -156,16 +160,16 @@ class Stack:
 
     def _wait_ready(self) -> None:
         give_up_ns = self._clock.now_ns() + round(READY_S * NS_PER_S)
-        known: frozenset[str] = frozenset()
+        known = self._ready
         while missing := set(self._children) - known:
             self.check()
             if self._clock.now_ns() > give_up_ns:
                 raise NotReadyError(f"not at work after {READY_S:g} s: {sorted(missing)}")
             self._clock.sleep_until(self._clock.now_ns() + LOOK_EVERY_NS)
-            alive = self.client.alive()
+            alive = self.client.alive() & set(self._children)
             for name in sorted(alive - known):
                 self._report(f"{name} is at work")
-            known = alive
+            known |= alive
 
     def _end_processes(self) -> None:
         """First those that speak to boards and hub, then these; each group at the same time."""
@@ -184,6 +188,7 @@ class Stack:
                 if self._children[name].failed:
                     self._report(f"{name} did not stop well: {self._children[name].status()}")
         self._children.clear()
+        self._ready.clear()
         if self._claim is not None:
             self._claim.release()
             self._claim = None
@@ -224,6 +229,17 @@ def up(robot: str = "icub", *, can: Can | None = None, seed: int = 0, name: str 
         print(f"error: {error}", file=sys.stderr)
         return 2
     return 0
+
+
+def stage_of(row: Process) -> int:
+    """When a process is started; each stage waits until the one before is at work.
+
+    The loops on the buses come when the others have loaded: on a small machine they would leave no
+    time for it. Emulated boards are powered up before the host looks for them, as real ones are.
+    """
+    if not row.on_can:
+        return 0
+    return 1 if row.emulated_only else 2
 
 
 def choose_can(asked: Can | None, interfaces: Sequence[str]) -> tuple[Can, str]:

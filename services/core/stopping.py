@@ -67,40 +67,36 @@ class LimbStop:
         if self._is_dead("robot"):
             self._through_guard(presses)
             return
-        self._wait(FIRST_STATUS_S, None, self._has_status)
+        self._wait(FIRST_STATUS_S, self._has_status)
         if not self._at_rest():
             self._through_robot(presses)
 
     def _through_robot(self, presses: StopRequests) -> None:
         self._report("bringing the limbs down; Ctrl-C again idles them at once")
-        asked = self._ask(ROBOT_CALL, "stop")
-        if asked and self._wait(BRING_DOWN_S + MARGIN_S, presses, self._at_rest):
+        pressed = presses.count  # before the question: a press while it is under way counts
+        if self._ask(ROBOT_CALL, "stop"):
+            self._wait(BRING_DOWN_S + MARGIN_S, lambda: self._at_rest() or presses.count > pressed)
+        if self._at_rest():
             return
         if self._is_dead("robot"):
             self._through_guard(presses)
         elif self._ask(ROBOT_CALL, "idle"):
             self._report("idle at once")
-            self._wait(MARGIN_S, None, self._at_rest)
+            self._wait(MARGIN_S, self._at_rest)
 
     def _through_guard(self, presses: StopRequests) -> None:
         self._report("the robot process is gone: the guard brings the limbs down")
+        pressed = presses.count
         if self._ask(GUARD_CALL, "stop"):
-            pressed = presses.count
-            self._wait(BRING_DOWN_S, presses, lambda: self._is_dead("guard"))
-            if presses.count > pressed:
-                self._ask(GUARD_CALL, "idle")
+            self._wait(BRING_DOWN_S, lambda: presses.count > pressed or self._is_dead("guard"))
+        if presses.count > pressed:
+            self._ask(GUARD_CALL, "idle")
 
-    def _wait(
-        self, seconds: float, presses: StopRequests | None, condition: Callable[[], bool]
-    ) -> bool:
-        """Wait for the condition, that long at most, or until somebody presses Ctrl-C."""
-        pressed = presses.count if presses else 0
+    def _wait(self, seconds: float, condition: Callable[[], bool]) -> None:
+        """Wait for the condition, that long at most."""
         end_ns = self._clock.now_ns() + round(seconds * NS_PER_S)
-        while not condition():
-            if self._clock.now_ns() >= end_ns or (presses and presses.count > pressed):
-                return False
+        while not condition() and self._clock.now_ns() < end_ns:
             self._clock.sleep_until(self._clock.now_ns() + LOOK_EVERY_NS)
-        return True
 
     def _has_status(self) -> bool:
         return self._client.latest(ROBOT_STATUS) is not None

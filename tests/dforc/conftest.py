@@ -62,11 +62,6 @@ def rest_weights() -> Vector:
 
 
 @pytest.fixture(scope="module")
-def correction_weights() -> Vector:
-    return np.array([0.3] * 3 + [1.0] * 4 + [0.5] * 3)
-
-
-@pytest.fixture(scope="module")
 def postures(limits: JointLimits) -> list[Vector]:
     """Random postures inside all limits and rows."""
     rng = np.random.default_rng(11)

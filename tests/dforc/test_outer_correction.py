@@ -1,81 +1,74 @@
-"""The integral correction: convergence, bound, gate."""
+"""The integral correction: convergence, bound, rest, gate."""
 
 import numpy as np
 import pytest
 
 from dforc.arrays import Vector
-from dforc.outer_correction import CorrectionParams, CorrectionState, OuterCorrection
-from dforc.robot_model import RobotModel
+from dforc.outer_correction import CorrectionParams, CorrectionState, corrected
 
 PERIOD_S = 0.01
-NO_ERROR = np.zeros(6)
-BESIDE = np.array([0.003, 0.0, 0.0, 0.0, 0.0, 0.02])
+PARAMS = CorrectionParams()
+ARM = (False, True, True)  # the first joint is stiff
+BESIDE = np.array([0.01, 0.01, -0.02])
 
 
-def test_correction_moves_the_hand_against_its_error(
-    model: RobotModel, home: Vector, correction_weights: Vector
-) -> None:
-    params = CorrectionParams(position_deadband_m=0.0, orientation_deadband_rad=0.0, damping=1e-8)
-    J = model.tip_jacobian(home)
-    outer, state = OuterCorrection(correction_weights, params), CorrectionState.none(10)
-    state = outer.step(state, BESIDE, J, 0.0, PERIOD_S)
-    assert J @ state.offset_rad == pytest.approx(4.0 * PERIOD_S * BESIDE, rel=1e-3, abs=1e-9)
+def step(
+    state: CorrectionState,
+    error_rad: Vector = BESIDE,
+    force_n: float = 0.0,
+    compliant: tuple[bool, ...] = ARM,
+    params: CorrectionParams = PARAMS,
+) -> CorrectionState:
+    return corrected(state, error_rad, compliant, force_n, PERIOD_S, params)
 
 
-def test_error_inside_the_dead_band_moves_nothing(
-    model: RobotModel, home: Vector, correction_weights: Vector
-) -> None:
-    outer = OuterCorrection(correction_weights, CorrectionParams())
-    small = np.array([0.9e-4, 0.0, 0.0, 0.0, 0.9e-3, 0.0])
-    state = outer.step(CorrectionState.none(10), small, model.tip_jacobian(home), 0.0, PERIOD_S)
-    assert state.offset_rad == pytest.approx(np.zeros(10))
+def test_only_compliant_joints_are_corrected_in_proportion_to_their_error() -> None:
+    state = step(CorrectionState.none(3))
+    assert state.offset_rad == pytest.approx([0.0, 4.0 * PERIOD_S * 0.01, -4.0 * PERIOD_S * 0.02])
 
 
-def test_correction_stays_within_its_bound_and_leaves_it_at_once(
-    model: RobotModel, home: Vector, correction_weights: Vector
-) -> None:
+def test_correction_fades_out_when_a_joint_turns_stiff() -> None:
+    state = step(CorrectionState.none(3))
+    offset = state.offset_rad[1]
+    state = step(state, compliant=(False, False, True))
+    assert state.offset_rad[1] == pytest.approx((1.0 - 4.0 * PERIOD_S) * offset)
+
+
+def test_a_joint_that_has_arrived_is_left_alone_until_it_is_well_away_again() -> None:
+    state, moved = CorrectionState.none(1), []
+    for away_rad in (0.0010, 0.0007, 0.0015, 0.0019, 0.0015):
+        before = state.offset_rad
+        state = step(state, np.array([away_rad]), compliant=(True,))
+        moved.append(not np.array_equal(state.offset_rad, before))
+    assert moved == [True, False, False, True, True]
+
+
+def test_correction_stays_within_its_bound_and_leaves_it_at_once() -> None:
     params = CorrectionParams(bound_rad=0.05)
-    outer, state = OuterCorrection(correction_weights, params), CorrectionState.none(10)
-    J = model.tip_jacobian(home)
-    for _ in range(2000):
-        state = outer.step(state, BESIDE, J, 0.0, PERIOD_S)
+    state = CorrectionState.none(3)
+    for _ in range(1000):
+        state = step(state, params=params)
     assert state.saturated
     assert float(np.abs(state.offset_rad).max()) == pytest.approx(0.05)
-    after = outer.step(state, -BESIDE, J, 0.0, PERIOD_S)
-    assert (np.abs(after.offset_rad) < 0.05).any()
+    after = step(state, -BESIDE, params=params)
     assert not after.saturated
 
 
-def test_gate_closes_above_2_n_and_opens_only_below_1_2_n(
-    model: RobotModel, home: Vector, correction_weights: Vector
-) -> None:
-    outer, J = OuterCorrection(correction_weights, CorrectionParams()), model.tip_jacobian(home)
-    state, gated = CorrectionState.none(10), []
+def test_gate_closes_above_2_n_and_opens_only_below_1_2_n() -> None:
+    state, gated = CorrectionState.none(3), []
     for force_n in (1.9, 2.1, 1.5, 1.1, 1.5):
         before = state.offset_rad
-        state = outer.step(state, BESIDE, J, force_n, PERIOD_S)
+        state = step(state, force_n=force_n)
         gated.append(state.gated)
         assert np.array_equal(state.offset_rad, before) == state.gated
     assert gated == [False, True, True, False, False]
 
 
-def test_large_error_corrects_no_faster_than_its_limit(
-    model: RobotModel, home: Vector, correction_weights: Vector
-) -> None:
-    outer, J = OuterCorrection(correction_weights, CorrectionParams()), model.tip_jacobian(home)
-    near, far = (
-        outer.step(
-            CorrectionState.none(10), np.array([0.0, 0.0, z, 0.0, 0.0, 0.0]), J, 0.0, PERIOD_S
-        )
-        for z in (0.0201, 0.2)
-    )
+def test_large_error_corrects_no_faster_than_its_limit() -> None:
+    near, far = (step(CorrectionState.none(3), np.full(3, e)) for e in (0.0501, 0.5))
     assert near.offset_rad == pytest.approx(far.offset_rad)
 
 
-def test_gain_zero_switches_it_off(
-    model: RobotModel, home: Vector, correction_weights: Vector
-) -> None:
-    outer = OuterCorrection(correction_weights, CorrectionParams(gain_per_s=0.0))
-    J = model.tip_jacobian(home)
-    state = outer.step(CorrectionState.none(10), BESIDE, J, 0.0, PERIOD_S)
+def test_gain_zero_switches_it_off() -> None:
+    state = step(CorrectionState.none(3), params=CorrectionParams(gain_per_s=0.0))
     assert not state.offset_rad.any()

@@ -62,7 +62,7 @@ def test_repeats_an_unchanged_reference_each_100_ms(script: Script, robot: Robot
 
 def test_clamps_a_reference_to_the_limits_and_counts_it(script: Script, robot: Robot) -> None:
     robot.set_positions([ROLL], [deg(200.0)])
-    sent = script.tick(3000)
+    sent = script.tick(6000)
 
     assert sent[-1] == "001 BECC080000"  # 161 deg: 2252 ticks
     assert max(int.from_bytes(bytes.fromhex(one[6:14]), "little") for one in sent) == 2252
