@@ -22,5 +22,6 @@ RUN pip install --no-cache-dir --no-deps --no-build-isolation . \
 
 USER ulna
 WORKDIR /home/ulna
-ENV PYTHONUNBUFFERED=1
+# Linear algebra on one thread, as the supervisor starts its processes.
+ENV PYTHONUNBUFFERED=1 OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 CMD ["ulna"]

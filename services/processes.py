@@ -31,6 +31,19 @@ PROCESSES = (
     Process("field", "services.field", nice=5),
 )
 
+STAGES = 3
+
+
+def stage_of(row: Process) -> int:
+    """When a process is started; each stage waits until the one before is at work.
+
+    The loops on the buses come when the others have loaded: on a small machine they would leave no
+    time for it. Emulated boards are powered up before the host looks for them, as real ones are.
+    """
+    if not row.on_can:
+        return 0
+    return 1 if row.emulated_only else 2
+
 
 def process_row(name: str) -> Process:
     """The row of that name; ordinary scheduling for one that is not in the table (tests, tools)."""

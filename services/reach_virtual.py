@@ -44,7 +44,7 @@ def run_virtual(
         if progress is not None and executor.ticks % TICKS_PER_REPORT == 0:
             progress(executor.ticks * 1e-3, job.progress)
     elapsed_s = (wall_ns() - start_ns) * 1e-9
-    executor.close()
+    simulation.close()
     report = job.recording.report()
     report["tick_slips"] = 0  # virtual time cannot slip
     report["steps"] = executor.ticks

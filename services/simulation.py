@@ -48,6 +48,7 @@ class Simulation:
         """
         self.clock = VirtualClock()
         self.network = MemoryNetwork(self.clock, hop_ticks * NS_PER_MS)
+        self._opened: list[MemoryBus] = []
         self.rig = Rig(rig_spec(robot, seed))
         stack: dict[str, Service] = {
             "boards": Boards(self.rig, self._buses(robot)),
@@ -65,9 +66,17 @@ class Simulation:
         run = {name: wrapped(name, service) for name, service in stack.items()}
         self.executor = VirtualExecutor(self.clock, run, hop_ticks)
 
+    def close(self) -> None:
+        """Every service sends its safe command; the buses are closed."""
+        self.executor.close()
+        for bus in self._opened:
+            bus.shutdown()
+
     def _buses(self, robot: RobotFile) -> dict[int, MemoryBus]:
         """A handle of its own on every bus, for one process."""
-        return {bus.number: MemoryBus(self.network, bus.channel) for bus in robot.buses.values()}
+        handles = {b.number: MemoryBus(self.network, b.channel) for b in robot.buses.values()}
+        self._opened += handles.values()
+        return handles
 
 
 def _as_it_is(name: str, service: Service) -> Service:  # noqa: ARG001

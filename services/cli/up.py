@@ -16,15 +16,13 @@ from services.core.errors import NotReadyError, ProcessDiedError, ServiceError
 from services.core.live import GRACE_S, robot_name
 from services.core.rundir import Claim
 from services.core.stopping import LimbStop, StopRequests
-from services.processes import HUB, PROCESSES, Process
+from services.processes import HUB, PROCESSES, STAGES, Process, stage_of
 
 LOOK_EVERY_NS = 20_000_000
 HUB_START_S = 10.0
 READY_S = 60.0  # all processes import and build their models at once, on two cores or one
 FORCE_AFTER_S = GRACE_S + 1.0
 LAST_TO_STOP = ("boards", HUB.name)  # the others speak to them until their own end
-
-STAGES = 3
 
 Can = Literal["zenoh", "socketcan"]
 
@@ -229,17 +227,6 @@ def up(robot: str = "icub", *, can: Can | None = None, seed: int = 0, name: str 
         print(f"error: {error}", file=sys.stderr)
         return 2
     return 0
-
-
-def stage_of(row: Process) -> int:
-    """When a process is started; each stage waits until the one before is at work.
-
-    The loops on the buses come when the others have loaded: on a small machine they would leave no
-    time for it. Emulated boards are powered up before the host looks for them, as real ones are.
-    """
-    if not row.on_can:
-        return 0
-    return 1 if row.emulated_only else 2
 
 
 def choose_can(asked: Can | None, interfaces: Sequence[str]) -> tuple[Can, str]:

@@ -1,5 +1,6 @@
 """Nothing that is sent through the HAL makes a joint of the emulated robot pass a limit."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +48,7 @@ class Bench:
 
 
 @pytest.fixture
-def bench(robot: RobotFile) -> Bench:
+def bench(robot: RobotFile) -> Iterator[Bench]:
     clock = VirtualClock()
     network = MemoryNetwork(clock)
     boards, host = (
@@ -60,7 +61,9 @@ def bench(robot: RobotFile) -> Bench:
         bench.tick()
     bench.do("calibrate")
     bench.do("move", q_rad=tuple(np.radians(robot.reach.home_deg).tolist()))
-    return bench
+    yield bench
+    for bus in (*boards.values(), *host.values()):
+        bus.shutdown()
 
 
 @pytest.mark.parametrize("upper", [True, False])

@@ -1,5 +1,6 @@
 """What the arm does when a process of the stack is gone: compliant, at the target, virtual time."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,7 +59,7 @@ class Holding:
 
 
 @pytest.fixture
-def holding(robot: RobotFile) -> Holding:
+def holding(robot: RobotFile) -> Iterator[Holding]:
     mortals: dict[str, Mortal] = {}
 
     def mortal(name: str, service: Service) -> Service:
@@ -69,7 +70,8 @@ def holding(robot: RobotFile) -> Holding:
     simulation = Simulation(robot, wrapped=mortal, guests={"reach": job})
     assert simulation.executor.run(40.0, until=lambda: job.progress == "holding")
     mortals["reach"].alive = False
-    return Holding(simulation, mortals, np.array(simulation.rig.tip_pose()[0]))
+    yield Holding(simulation, mortals, np.array(simulation.rig.tip_pose()[0]))
+    simulation.close()
 
 
 @pytest.mark.parametrize("name", ["field", "ik", "cartesian", "guard"])

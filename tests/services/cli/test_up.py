@@ -2,7 +2,7 @@ import pytest
 
 from services.cli import up
 from services.cli.can import commands_for
-from services.processes import HUB, PROCESSES
+from services.processes import HUB, PROCESSES, STAGES, stage_of
 
 VIRTUAL = ("vcan0", "vcan2")
 REAL = ("can0", "can2")
@@ -50,3 +50,10 @@ def test_an_interface_that_is_missing_is_made_before_it_is_brought_up() -> None:
         ["ip", "link", "set", "vcan77", "up"],
     ]
     assert commands_for("lo") == [["ip", "link", "set", "lo", "up"]]
+
+
+def test_boards_start_before_the_host_and_both_after_what_takes_long_to_load() -> None:
+    stages = {row.name: stage_of(row) for row in PROCESSES if row is not HUB}
+    assert stages["ik"] == stages["dynamics"] == 0
+    assert stages["boards"] == 1
+    assert stages["robot"] == stages["guard"] == STAGES - 1
