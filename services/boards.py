@@ -19,7 +19,6 @@ from services.messages import PlantTruth, PushRequest, Reply
 from services.streams import PLANT_TRUTH, PUSH_CALL
 
 TICK_S = 0.001
-TRUTH_EVERY_TICKS = 5
 
 
 class Boards(Service):
@@ -30,9 +29,10 @@ class Boards(Service):
     serves = (PUSH_CALL,)
     trigger = Period(TICK_S)
 
-    def __init__(self, rig: Rig, buses: Mapping[int, FrameBus]) -> None:
+    def __init__(self, rig: Rig, buses: Mapping[int, FrameBus], truth_hz: int) -> None:
         self._rig = rig
         self._buses = buses
+        self._truth_every = max(1, round(1.0 / (TICK_S * truth_hz)))
         self._ticks = 0
         self._frames = 0
 
@@ -47,7 +47,7 @@ class Boards(Service):
                 self._buses[number].send_frames(frames)
                 self._frames += len(frames)
         self._ticks += 1
-        if self._ticks % TRUTH_EVERY_TICKS == 0:
+        if self._ticks % self._truth_every == 0:
             outputs.put(PLANT_TRUTH, self._truth(now_ns))
 
     def _push(self, push: PushRequest) -> Reply:
@@ -80,7 +80,8 @@ def build(context: Context) -> Boards:
     """Open every bus of the robot file and put its boards on them."""
     robot = load_robot(context.robot)
     buses = {bus.number: context.open_bus(bus.number, bus.channel) for bus in robot.buses.values()}
-    return Boards(Rig(rig_spec(robot, context.seed)), buses)
+    rig = Rig(rig_spec(robot, context.seed))
+    return Boards(rig, buses, robot.rates["plant_truth"].live_hz)
 
 
 if __name__ == "__main__":

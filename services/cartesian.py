@@ -1,13 +1,15 @@
 """Cartesian controller: follows the virtual point with minimum-jerk motion of hand and joints.
 
-Reads   ik/ik_solution, field/virtual_point, joint_state and torque_estimate of the limb's parts
+Reads   ik/ik_solution, field/virtual_point, joint_state of the limb's parts, dynamics/status
 Writes  joint_command of the limb's parts, cartesian/status
 It commands only while every joint of the limb is valid and in position-direct mode. Without new
 solutions the plan stops smoothly and holds. What is not finite or out of order is refused and
 counted, and the last target holds.
 """
 
+import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from dforc import rotation
 from dforc.cartesian import (
@@ -24,20 +26,22 @@ from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
 from services.limb import joined, limb_limits, limb_model, split
 from services.messages import (
+    NAN3,
     CartesianStatus,
+    DynamicsStatus,
     Floats,
     IkSolution,
     JointCommand,
-    TorqueEstimate,
+    Vector3,
     VirtualPoint,
 )
 from services.robot_tables import RobotFile
 from services.streams import (
     CARTESIAN_STATUS,
+    DYNAMICS_STATUS,
     IK_SOLUTION,
     JOINT_COMMAND,
     JOINT_STATE,
-    TORQUE_ESTIMATE,
     VIRTUAL_POINT,
 )
 
@@ -46,7 +50,8 @@ STATE_AGE_S = 0.05
 FORCE_AGE_S = 0.05
 FORGET_AFTER_NS = 500_000_000  # without joint states: the plan no longer fits the arm
 SOLUTION_AGE_S = 0.1  # ten periods without a solution: stop and hold
-POINTS_KEPT = 32  # virtual points that wait for their solution
+POINTS_KEPT = 32
+STATUS_EVERY_STEPS = 2
 DIRECT_MODE = 0x08  # code of position direct, can-protocol 10.1
 IN_TARGET_M = 0.003
 IN_TARGET_RAD = np.radians(1.5)
@@ -65,15 +70,18 @@ class Cartesian(Service):
         self._controller = CartesianController(self._model, limb_limits(robot), params)
         self._state: CartesianState | None = None
         self._target: CartesianTarget | None = None
-        self._points: dict[int, VirtualPoint] = {}
+        self._points: dict[int, VirtualPoint] = {}  # that wait for their solution
+        self._followed: VirtualPoint | None = None
         self._sequence = -1
         self._measured_ns = 0
+        self._in_direct_mode = False
         self._compliant: list[bool] = []
+        self._steps = 0
+        self._solution: IkSolution | None = None
         self._refused = 0
         parts = robot.reach.parts
         self._states = tuple(JOINT_STATE[part] for part in parts)
-        self._estimate = TORQUE_ESTIMATE[parts[-1]]
-        self.reads = (IK_SOLUTION, VIRTUAL_POINT, *self._states, self._estimate)
+        self.reads = (IK_SOLUTION, VIRTUAL_POINT, *self._states, DYNAMICS_STATUS)
         self.writes = (*(JOINT_COMMAND[part] for part in parts), CARTESIAN_STATUS)
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
@@ -85,27 +93,36 @@ class Cartesian(Service):
         solution = inputs.new(IK_SOLUTION)
         if solution is not None:
             self._take_solution(solution)
-        q_rad = self._measured(now_ns, inputs)
-        if q_rad is None or self._target is None:
-            outputs.put(CARTESIAN_STATUS, waiting(now_ns, self._refused))
-            return
+        joints = self._measured(now_ns, inputs)
+        force_n = external_force(inputs.fresh(DYNAMICS_STATUS, FORCE_AGE_S))
+        output = None
+        if joints is not None and self._in_direct_mode and self._target is not None:
+            silent = inputs.age_s(IK_SOLUTION) > SOLUTION_AGE_S
+            output = self._control(joints, force_n, None if silent else self._target)
+        if output is not None:
+            self._command(now_ns, output, outputs)
+        self._steps += 1
+        if self._steps % STATUS_EVERY_STEPS == 0:
+            status = self._status(now_ns, joints)
+            if output is not None:
+                status = self._following(status, output, force_n)
+            outputs.put(CARTESIAN_STATUS, status)
+
+    def _control(
+        self, q_rad: Floats, force_n: float, target: CartesianTarget | None
+    ) -> CartesianOutput | None:
         if self._state is None:
             # On entering position-direct mode a board holds the posture that it was in.
             self._state = self._controller.start(np.array(q_rad))
-        silent = inputs.age_s(IK_SOLUTION) > SOLUTION_AGE_S
-        force_n = external_force(inputs.fresh(self._estimate, FORCE_AGE_S))
         measured = Measurement(
             q_rad=np.array(q_rad), compliant=self._compliant, external_force_n=force_n
         )
         try:
-            self._state, output = self._controller.step(
-                self._state, measured, None if silent else self._target
-            )
+            self._state, output = self._controller.step(self._state, measured, target)
         except NotFiniteError:
             self._refused += 1
-            return
-        self._command(now_ns, output, outputs)
-        outputs.put(CARTESIAN_STATUS, self._status(now_ns, output, force_n))
+            return None
+        return output
 
     def _take_solution(self, solution: IkSolution) -> None:
         point = self._points.get(solution.sequence)
@@ -116,6 +133,8 @@ class Cartesian(Service):
             self._refused += 1
             return
         self._sequence = solution.sequence
+        self._solution = solution
+        self._followed = point
         q_rad = np.array(solution.q_rad)
         if solution.status == "converged":
             position = np.array(point.position_m)
@@ -129,7 +148,7 @@ class Cartesian(Service):
         )
 
     def _measured(self, now_ns: int, inputs: Inputs) -> Floats | None:
-        """Angles to control, or None; a short gap keeps the plan, a mode switch ends it."""
+        """Angles, or None; a short gap keeps the plan, a mode switch ends it."""
         states = tuple(inputs.fresh(state, STATE_AGE_S) for state in self._states)
         joints = joined(states)
         if joints is None:
@@ -139,9 +158,9 @@ class Cartesian(Service):
         self._measured_ns = now_ns
         self._compliant = [c for state in states if state for c in state.compliant]
         modes = [mode for state in states if state for mode in state.control_mode]
-        if any(mode != DIRECT_MODE for mode in modes):
+        self._in_direct_mode = all(mode == DIRECT_MODE for mode in modes)
+        if not self._in_direct_mode:
             self._state = None
-            return None
         return joints[0]
 
     def _command(self, now_ns: int, output: CartesianOutput, outputs: Outputs) -> None:
@@ -153,44 +172,56 @@ class Cartesian(Service):
                 JointCommand(stamp_ns=now_ns, mode="direct", q_rad=q_rad, dq_rad_s=dq[part]),
             )
 
-    def _status(self, now_ns: int, output: CartesianOutput, force_n: float) -> CartesianStatus:
-        assert self._target is not None
+    def _status(self, now_ns: int, q_rad: Floats | None) -> CartesianStatus:
+        """What is measured; for a controller that commands nothing that is all."""
+        position, turned = NAN3, NAN3
+        if q_rad is not None:
+            hand_rotation, hand_m = self._model.tip_pose(np.array(q_rad))
+            position, turned = vector3(hand_m), vector3(rotation.rotation_vector(hand_rotation))
+        return CartesianStatus(
+            stamp_ns=now_ns,
+            state="waiting",
+            q_rad=q_rad or (),
+            hand_position_m=position,
+            hand_rotation_rad=turned,
+            refused=self._refused,
+        )
+
+    def _following(
+        self, status: CartesianStatus, output: CartesianOutput, force_n: float
+    ) -> CartesianStatus:
+        target, solution, point = self._target, self._solution, self._followed
+        assert target is not None
+        assert solution is not None
+        assert point is not None
         arrived = (
             output.position_error_m < IN_TARGET_M
             and output.orientation_error_rad < IN_TARGET_RAD
-            and float(np.linalg.norm(self._target.velocity_m_s)) < AT_REST_M_S
+            and float(np.linalg.norm(target.velocity_m_s)) < AT_REST_M_S
         )
-        x, y, z = output.plan_position_m.tolist()
-        return CartesianStatus(
-            stamp_ns=now_ns,
+        return msgspec.structs.replace(
+            status,
             state="in_target" if arrived else "moving",
             position_error_m=output.position_error_m,
             orientation_error_rad=output.orientation_error_rad,
             external_force_n=force_n,
             gated=output.gated,
-            planned_position_m=(x, y, z),
-            refused=self._refused,
+            plan_position_m=vector3(output.plan_position_m),
+            point_position_m=point.position_m,
+            ik_status=solution.status,
+            ik_position_error_m=solution.position_error_m,
         )
 
 
-def external_force(estimate: TorqueEstimate | None) -> float:
-    """Size of the force at the hand [N]; 0 when unknown."""
-    return 0.0 if estimate is None else float(np.linalg.norm(estimate.external_force_n))
+def external_force(status: DynamicsStatus | None) -> float:
+    """Size of the force on the hand [N]; 0 when unknown."""
+    return 0.0 if status is None else float(np.linalg.norm(status.external_force_n))
 
 
-def waiting(now_ns: int, refused: int) -> CartesianStatus:
-    """Status of a controller that commands nothing."""
-    nan = float("nan")
-    return CartesianStatus(
-        stamp_ns=now_ns,
-        state="waiting",
-        position_error_m=nan,
-        orientation_error_rad=nan,
-        external_force_n=0.0,
-        gated=False,
-        planned_position_m=(nan, nan, nan),
-        refused=refused,
-    )
+def vector3(values: NDArray[np.float64]) -> Vector3:
+    """A vector (3,) as a message carries it."""
+    x, y, z = values.tolist()
+    return (x, y, z)
 
 
 def build(context: Context) -> Cartesian:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from services.core.errors import ConfigError
 from services.robot_tables import JointTable, RobotFile
 
+RATED_STREAMS = ("wrench", "joint_state", "plant_truth")
 BOARD_AXES = {"bll_ie": 2, "dc4": 4, "strain": 0}
 
 
@@ -17,6 +18,8 @@ def check_references(robot: RobotFile) -> None:
     _check_addresses(robot)
     for name, sensor in robot.sensors.items():
         _known(robot, f"sensors.{name}.board", sensor.board, robot.boards)
+    for stream in RATED_STREAMS:
+        _known(robot, "rates", stream, robot.rates)
     _check_names(robot)
     for name, joint_table in robot.joints.items():
         _check_joint(robot, name, joint_table)

@@ -8,6 +8,7 @@ estimate: the HAL then makes the limb stiff. The stream does not stop for a late
 old offset holds until the new one is complete.
 """
 
+import msgspec
 import numpy as np
 
 from dforc.dynamics import Estimate, NotAtRestError, OffsetSamples, TorqueEstimator, offset_of
@@ -36,9 +37,9 @@ from services.streams import (
     WRENCH,
 )
 
-STATE_AGE_S = 0.02  # five joint states
+STATE_AGE_S = 0.03  # a few joint states
 OFFSET_PERIOD_NS = 10_000_000  # gravity offsets, as the boards are sent them
-STATUS_PERIOD_NS = 50_000_000
+STATUS_PERIOD_NS = 20_000_000
 REST_PATIENCE = 2000  # readings in motion before a calibration gives up
 
 
@@ -51,6 +52,7 @@ class Dynamics(Service):
         self._estimator = TorqueEstimator(limb_model(robot), self._sensor)
         self._offset: Floats | None = None
         self._samples: OffsetSamples | None = None
+        self._newest: Estimate | None = None
         self._refused = 0
         self._restless = 0
         self._reason = ""
@@ -106,7 +108,7 @@ class Dynamics(Service):
         return tuple(self._estimator.gravity(q_rad).tolist())
 
     def _publish(self, now_ns: int, wrench: Wrench, estimate: Estimate, outputs: Outputs) -> None:
-        force, moment = _vector3(estimate.force_n), _vector3(estimate.moment_nm)
+        self._newest = estimate
         for part, tau_nm in split(self._robot, tuple(estimate.tau_nm.tolist())).items():
             outputs.put(
                 TORQUE_ESTIMATE[part],
@@ -114,8 +116,6 @@ class Dynamics(Service):
                     stamp_ns=now_ns,
                     tau_nm=tau_nm,
                     arrival_ns=wrench.arrival_ns,
-                    external_force_n=force,
-                    external_moment_nm=moment,
                 ),
             )
 
@@ -153,13 +153,22 @@ class Dynamics(Service):
             state = "calibrating"
         else:
             state = "waiting" if self._offset is None else "running"
-        return DynamicsStatus(
+        status = DynamicsStatus(
             stamp_ns=now_ns,
             state=state,
             samples=self._samples.count if self._samples else 0,
             offset=self._offset or (),
             refused=self._refused,
             reason=self._reason,
+        )
+        newest, self._newest = self._newest, None
+        if newest is None:
+            return status
+        return msgspec.structs.replace(
+            status,
+            external_force_n=_vector3(newest.force_n),
+            external_moment_nm=_vector3(newest.moment_nm),
+            tau_nm=tuple(newest.tau_nm.tolist()),
         )
 
 

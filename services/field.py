@@ -1,6 +1,6 @@
 """Force field: moves a virtual point to the goal and around the obstacles (DForC section III-B).
 
-Reads   field/goal, field/objects, joint_state of the limb's parts (where the point starts)
+Reads   field/goal, field/objects, cartesian/status (the hand, where the point starts)
 Writes  field/virtual_point
 The point starts at the hand when a goal becomes active, and is silent while none is. A goal or an
 obstacle that is not finite is refused and counted; the previous one holds. It needs no feedback:
@@ -11,13 +11,10 @@ import numpy as np
 
 from dforc.errors import DforcError
 from dforc.field import Ellipsoid, FieldParams, PointState, ball, step
-from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
-from services.limb import joined, limb_model
 from services.messages import Goal, Objects, VirtualPoint
-from services.robot_tables import RobotFile
-from services.streams import GOAL, JOINT_STATE, OBJECTS, VIRTUAL_POINT
+from services.streams import CARTESIAN_STATUS, GOAL, OBJECTS, VIRTUAL_POINT
 
 PERIOD_S = 0.01  # the papers' sample time
 STATE_AGE_S = 0.1
@@ -26,18 +23,16 @@ STATE_AGE_S = 0.1
 class Field(Service):
     """One virtual point."""
 
+    reads = (GOAL, OBJECTS, CARTESIAN_STATUS)
     writes = (VIRTUAL_POINT,)
     trigger = Period(PERIOD_S)
 
-    def __init__(self, robot: RobotFile, params: FieldParams | None = None) -> None:
-        self._model = limb_model(robot)
+    def __init__(self, params: FieldParams | None = None) -> None:
         self._params = params or FieldParams()
-        self._states = tuple(JOINT_STATE[part] for part in robot.reach.parts)
         self._point: PointState | None = None
         self._goal: Goal | None = None
         self._obstacles: tuple[Ellipsoid, ...] = ()
         self._sequence = 0
-        self.reads = (GOAL, OBJECTS, *self._states)
         self.refused = 0
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
@@ -91,16 +86,13 @@ class Field(Service):
         self._obstacles = obstacles
 
     def _hand(self, inputs: Inputs) -> PointState | None:
-        joints = joined(tuple(inputs.fresh(state, STATE_AGE_S) for state in self._states))
-        if joints is None:
-            return None
-        x, y, z = self._model.tip_pose(np.array(joints[0]))[1].tolist()
-        return PointState(position_m=(x, y, z))
+        status = inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S)
+        return PointState(position_m=status.hand_position_m) if status and status.q_rad else None
 
 
-def build(context: Context) -> Field:
-    """Load the robot's model."""
-    return Field(load_robot(context.robot))
+def build(context: Context) -> Field:  # noqa: ARG001
+    """The field needs nothing of the robot."""
+    return Field()
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 """Inverse kinematics: one posture of the limb for every virtual point (eq. 11, by IPOPT).
 
-Reads   field/virtual_point (trigger), joint_state of the limb's parts (where the first search
-        starts)
+Reads   field/virtual_point (trigger), cartesian/status (the posture where the search starts)
 Writes  ik/ik_solution
 Each search starts from the previous answer, and no joint moves by more than a few degrees from one
 answer to the next. A position out of reach gives the nearest feasible posture, and says so. A point
@@ -19,10 +18,10 @@ from dforc.ik import IkSettings, InverseKinematics
 from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Service
-from services.limb import joined, limb_limits, limb_model
+from services.limb import limb_limits, limb_model
 from services.messages import IkSolution, VirtualPoint
 from services.robot_tables import RobotFile
-from services.streams import IK_SOLUTION, JOINT_STATE, VIRTUAL_POINT
+from services.streams import CARTESIAN_STATUS, IK_SOLUTION, VIRTUAL_POINT
 
 STATE_AGE_S = 0.1
 STEP_LIMIT_RAD = math.radians(5.0)  # per 10 ms; a larger step is a jump to another posture
@@ -32,6 +31,7 @@ FORGET_AFTER_S = 0.5  # without points, the next search starts from the measured
 class Ik(Service):
     """One solver, warm-started."""
 
+    reads = (VIRTUAL_POINT, CARTESIAN_STATUS)
     writes = (IK_SOLUTION,)
     trigger = VIRTUAL_POINT
 
@@ -43,10 +43,8 @@ class Ik(Service):
             robot.reach.rest_weights,
             IkSettings(beta=robot.reach.rest_beta),
         )
-        self._states = tuple(JOINT_STATE[part] for part in robot.reach.parts)
         self._answer: Vector | None = None
         self._answered_ns = 0
-        self.reads = (VIRTUAL_POINT, *self._states)
         self.refused = 0
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
@@ -83,8 +81,8 @@ class Ik(Service):
         )
 
     def _measured(self, inputs: Inputs) -> Vector | None:
-        joints = joined(tuple(inputs.fresh(state, STATE_AGE_S) for state in self._states))
-        return None if joints is None else np.array(joints[0])
+        status = inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S)
+        return None if status is None or not status.q_rad else np.array(status.q_rad)
 
 
 def build(context: Context) -> Ik:

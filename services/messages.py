@@ -4,10 +4,13 @@ SI units and radians; the first field is the sender's time. Fields are only ever
 with a default.
 """
 
+import math
+
 import msgspec
 
 Vector3 = tuple[float, float, float]
 Floats = tuple[float, ...]
+NAN3: Vector3 = (math.nan, math.nan, math.nan)
 
 
 class Message(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
@@ -45,8 +48,6 @@ class TorqueEstimate(Message, frozen=True, kw_only=True):
 
     tau_nm: Floats
     arrival_ns: int  # of the FT sample behind it
-    external_force_n: Vector3 = (0.0, 0.0, 0.0)  # at the hand, in the base frame
-    external_moment_nm: Vector3 = (0.0, 0.0, 0.0)
 
 
 class ImpedanceOffset(Message, frozen=True, kw_only=True):
@@ -106,24 +107,33 @@ class IkSolution(Message, frozen=True, kw_only=True):
 
 
 class DynamicsStatus(Message, frozen=True, kw_only=True):
-    """What the torque estimate stands on."""
+    """The estimate for slower readers, and what it stands on."""
 
-    state: str  # waiting | ready | calibrating | running
+    state: str  # waiting | calibrating | running
     samples: int  # of the offset calibration under way
     offset: Floats  # of the FT sensor, N and Nm
     refused: int  # readings that were not finite, too old, or taken in motion
     reason: str = ""
+    external_force_n: Vector3 = (0.0, 0.0, 0.0)  # on the hand, in the base frame
+    external_moment_nm: Vector3 = (0.0, 0.0, 0.0)  # about the hand frame's origin
+    tau_nm: Floats = ()  # the newest estimate, whole chain
 
 
 class CartesianStatus(Message, frozen=True, kw_only=True):
-    """What the Cartesian controller is doing."""
+    """The limb as the Cartesian controller measures it, and what the controller is doing."""
 
     state: str  # waiting | moving | in_target
-    position_error_m: float  # measured hand to the goal point of the plan
-    orientation_error_rad: float
-    external_force_n: float
-    gated: bool  # outer loop frozen because something pushes the arm
-    planned_position_m: Vector3
+    q_rad: Floats  # measured, whole chain; empty while the joints are not valid
+    hand_position_m: Vector3  # of the measured posture; NaN while the joints are not valid
+    hand_rotation_rad: Vector3
+    position_error_m: float = math.nan  # measured hand to the target
+    orientation_error_rad: float = math.nan
+    external_force_n: float = 0.0
+    gated: bool = False  # correction frozen because something pushes the arm
+    plan_position_m: Vector3 = NAN3
+    point_position_m: Vector3 = NAN3  # the virtual point that is followed
+    ik_status: str = ""
+    ik_position_error_m: float = math.nan
     refused: int = 0  # inputs that were not finite or too old
 
 

@@ -1,8 +1,7 @@
 """The main job as a client of the stack: calibrate, go compliant, reach around a ball, come down.
 
-Reads   robot/status, joint_state, dynamics/status, cartesian/status, ik/ik_solution,
-        field/virtual_point, torque_estimate,
-        boards/plant_truth (to judge the result on what the plant really did)
+Reads   robot/status, dynamics/status, cartesian/status, and boards/plant_truth (to judge the result
+        on what the plant really did)
 Writes  field/goal, field/objects
 Calls   robot/request, dynamics/zero_ft, boards/push
 It is no process of the stack: the demo runs it on an executor of its own, live or virtual. It stops
@@ -16,7 +15,7 @@ import numpy as np
 
 from dforc import rotation
 from services.core.service import CallFailed, Inputs, Outputs, Period, Service
-from services.limb import joined, limb_model
+from services.limb import limb_model
 from services.messages import (
     FtRequest,
     Goal,
@@ -36,15 +35,11 @@ from services.streams import (
     DYNAMICS_STATUS,
     FT_CALL,
     GOAL,
-    IK_SOLUTION,
-    JOINT_STATE,
     OBJECTS,
     PLANT_TRUTH,
     PUSH_CALL,
     ROBOT_CALL,
     ROBOT_STATUS,
-    TORQUE_ESTIMATE,
-    VIRTUAL_POINT,
 )
 
 PERIOD_S = 0.01
@@ -94,6 +89,7 @@ class Reach(Service):
     """Runs the script once; `finished` says when."""
 
     trigger = Period(PERIOD_S)
+    reads = (ROBOT_STATUS, DYNAMICS_STATUS, CARTESIAN_STATUS, PLANT_TRUTH)
     writes = (GOAL, OBJECTS)
     calls = (ROBOT_CALL, FT_CALL, PUSH_CALL)
 
@@ -101,19 +97,6 @@ class Reach(Service):
         self._robot = robot
         self._options = options
         self._model = limb_model(robot)
-        parts = robot.reach.parts
-        self._states = tuple(JOINT_STATE[part] for part in parts)
-        self._torques = tuple(TORQUE_ESTIMATE[part] for part in parts)
-        self.reads = (
-            ROBOT_STATUS,
-            DYNAMICS_STATUS,
-            CARTESIAN_STATUS,
-            IK_SOLUTION,
-            VIRTUAL_POINT,
-            PLANT_TRUTH,
-            *self._states,
-            *self._torques,
-        )
         self.recording = Recording(
             robot, options.seed, options.position_bar_m, options.orientation_bar_rad
         )
@@ -189,18 +172,16 @@ class Reach(Service):
         yield from self._wait("settling", SETTLE_S)
 
     def _go(self) -> Script:
-        states = tuple(self._inputs.fresh(state, STATE_AGE_S) for state in self._states)
-        joints = joined(states)
-        if joints is None:
-            raise AbandonedError("joint states are missing or not valid")
+        hand = self._inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S)
+        if hand is None or not hand.q_rad:
+            raise AbandonedError("the hand's pose is not known: joint states are missing")
         _, home_m = self._model.tip_pose(np.radians(self._robot.reach.home_deg))
-        kept, _ = self._model.tip_pose(np.array(joints[0]))
         self.scene = draw_scene(
             home_m, self._options.seed, self._options.target_m, self._options.ball
         )
-        x, y, z = rotation.rotation_vector(kept).tolist()
-        self._goal = Goal(stamp_ns=0, position_m=self.scene.target_m, rotation_rad=(x, y, z))
-        self.recording.begin(self._now_ns, self.scene, kept)
+        kept = hand.hand_rotation_rad
+        self._goal = Goal(stamp_ns=0, position_m=self.scene.target_m, rotation_rad=kept)
+        self.recording.begin(self._now_ns, self.scene, rotation.matrix(kept))
         self._say("reaching")
         deadline_ns = self._now_ns + round(self._options.timeout_s * 1e9)
         inside_since_ns: int | None = None
@@ -379,10 +360,8 @@ class Reach(Service):
             Sample(
                 now_ns=self._now_ns,
                 truth=truth,
-                point=self._inputs.fresh(VIRTUAL_POINT, STATE_AGE_S),
-                solution=self._inputs.latest(IK_SOLUTION),
                 cartesian=self._inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S),
-                torques=tuple(self._inputs.fresh(t, STATE_AGE_S) for t in self._torques),
+                dynamics=self._inputs.fresh(DYNAMICS_STATUS, STATE_AGE_S),
                 all_truths=self._inputs.all_new(PLANT_TRUTH),
             )
         )

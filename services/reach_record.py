@@ -14,13 +14,12 @@ from dforc.capsules import arm_clearance
 from dforc.robot_model import RobotModel
 from services.limb import limb_model
 from services.messages import (
+    NAN3,
     CartesianStatus,
-    IkSolution,
+    DynamicsStatus,
     PlantTruth,
     RobotStatus,
-    TorqueEstimate,
     Vector3,
-    VirtualPoint,
 )
 from services.reach_scene import Scene
 from services.robot_tables import RobotFile
@@ -29,7 +28,6 @@ Vector = NDArray[np.float64]
 Report = dict[str, object]
 
 JUDGED_S = 1.0  # the errors reported are the largest of this last stretch of the hold
-NAN3: Vector3 = (math.nan, math.nan, math.nan)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,10 +36,8 @@ class Sample:
 
     now_ns: int
     truth: PlantTruth
-    point: VirtualPoint | None
-    solution: IkSolution | None
     cartesian: CartesianStatus | None
-    torques: tuple[TorqueEstimate | None, ...]
+    dynamics: DynamicsStatus | None
     all_truths: tuple[PlantTruth, ...]
 
 
@@ -80,7 +76,7 @@ class Recording:
         self.failure = ""
         self.status: RobotStatus | None = None
         self.truth: PlantTruth | None = None
-        self.solution: IkSolution | None = None
+        self.followed: CartesianStatus | None = None  # the last that followed a point
         self.torque_loop_ms: list[float] = []
         self.scene: Scene | None = None
         self.reached_ns: int | None = None
@@ -112,16 +108,17 @@ class Recording:
             self.plant_ticks = (sample.truth.ticks, sample.truth.ticks)
         self.truth = sample.truth
         self.plant_ticks = (self.plant_ticks[0], sample.truth.ticks)
-        self.solution = sample.solution
+        if sample.cartesian is not None and sample.cartesian.ik_status:
+            self.followed = sample.cartesian
         if self.scene is None or self.ended:
             return
         tip = np.array(sample.truth.tip_position_m)
         turned = rotation.matrix(sample.truth.tip_rotation_rad)
-        trace, point, plan = self.trace, sample.point, sample.cartesian
+        trace, plan = self.trace, sample.cartesian
         trace.time_s.append((sample.now_ns - self.begin_ns) * 1e-9)
         trace.tip_m.append(sample.truth.tip_position_m)
-        trace.point_m.append(point.position_m if point else NAN3)
-        trace.plan_m.append(plan.planned_position_m if plan else NAN3)
+        trace.point_m.append(plan.point_position_m if plan else NAN3)
+        trace.plan_m.append(plan.plan_position_m if plan else NAN3)
         trace.position_error_m.append(float(np.linalg.norm(tip - self._target)))
         trace.orientation_error_rad.append(rotation.angle_between(turned, self._goal_rotation))
         trace.external_force_n.append(plan.external_force_n if plan else math.nan)
@@ -129,7 +126,7 @@ class Recording:
         trace.motor_nm.append(sample.truth.tau_nm)
         trace.q_rad.append(sample.truth.q_rad)
         trace.dq_rad_s.append(sample.truth.dq_rad_s)
-        trace.estimated_nm.append(_estimated(sample))
+        trace.estimated_nm.append(sample.dynamics.tau_nm if sample.dynamics else ())
         self._add_clearance(sample)
 
     def inside(self) -> bool:
@@ -158,7 +155,7 @@ class Recording:
             and position_m <= self._bars[0]
             and orientation_rad <= self._bars[1]
         )
-        status, truth, solution = self.status, self.truth, self.solution
+        status, truth, followed = self.status, self.truth, self.followed
         lost = (status.frames_lost if status else 0) + (truth.frames_lost if truth else 0)
         return {
             "position_error_mm": _rounded(position_m * 1e3),
@@ -176,8 +173,10 @@ class Recording:
             "frames_total": (status.frames_sent + status.frames_received) if status else 0,
             "frames_lost": lost,
             "seed": self._seed,
-            "ik_status": solution.status if solution else "none",
-            "ik_position_error_mm": _rounded(solution.position_error_m * 1e3) if solution else None,
+            "ik_status": followed.ik_status if followed else "none",
+            "ik_position_error_mm": (
+                _rounded(followed.ik_position_error_m * 1e3) if followed else None
+            ),
             "frames_dropped": status.frames_dropped if status else 0,
             "refused_commands": status.refused_commands if status else 0,
             "foreign_frames": status.foreign_frames if status else 0,
@@ -224,14 +223,6 @@ class Recording:
         apart = np.array(self.trace.tip_m) - np.array(self.trace.plan_m)
         apart = apart[np.isfinite(apart).all(axis=1)]
         return float(np.linalg.norm(apart, axis=1).max()) if len(apart) else math.nan
-
-
-def _estimated(sample: Sample) -> tuple[float, ...]:
-    values: list[float] = []
-    for torque in sample.torques:
-        if torque is not None:
-            values.extend(torque.tau_nm)
-    return tuple(values)
 
 
 def _rounded(value: float) -> float | None:

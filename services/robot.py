@@ -10,6 +10,7 @@ hal.Robot keeps every limit.
 
 from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 from hal.buses.bus import FrameBus
 from hal.readings import ForceTorqueSample
@@ -39,10 +40,36 @@ from services.streams import (
 from services.wiring import robot_description
 
 TICK_S = 0.001
-STATE_EVERY_TICKS = 4  # the boards tell positions each 4 or 5 ms
-STATUS_EVERY_TICKS = 10
+STATUS_EVERY_TICKS = 20
 COMMAND_AGE_NS = 100_000_000  # ten control periods: a command older than this is history
 FAILURES_KEPT = 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rates:
+    """How often to publish, in Hz."""
+
+    wrench_hz: int
+    joint_state_hz: int
+
+    @classmethod
+    def virtual(cls, robot: RobotFile) -> "Rates":
+        """Those of virtual time."""
+        rates = robot.rates
+        return cls(
+            wrench_hz=rates["wrench"].virtual_hz, joint_state_hz=rates["joint_state"].virtual_hz
+        )
+
+    @classmethod
+    def live(cls, robot: RobotFile) -> "Rates":
+        """Those of a live stack."""
+        rates = robot.rates
+        return cls(wrench_hz=rates["wrench"].live_hz, joint_state_hz=rates["joint_state"].live_hz)
+
+
+def ticks_per_message(rate_hz: int) -> int:
+    """Steps of one millisecond from one message to the next."""
+    return max(1, round(1.0 / (TICK_S * rate_hz)))
 
 
 class RobotService(Service):
@@ -55,7 +82,7 @@ class RobotService(Service):
         self,
         robot: RobotFile,
         buses: Mapping[int, FrameBus],
-        wrench_hz: int,
+        rates: Rates,
         clock: Callable[[], int] | None = None,
     ) -> None:
         description = robot_description(robot)
@@ -65,7 +92,8 @@ class RobotService(Service):
             for part, joints in robot.parts.items()
         }
         self._sensors = tuple(sensor.name for sensor in description.sensors)
-        self._wrench_every = max(1, round(1.0 / (TICK_S * wrench_hz)))
+        self._wrench_every = ticks_per_message(rates.wrench_hz)
+        self._state_every = ticks_per_message(rates.joint_state_hz)
         self._tasks: dict[int, Task] = {}
         self._last_task = 0
         self._finished = 0
@@ -115,7 +143,7 @@ class RobotService(Service):
                 self._hal.set_impedance_offsets(joints, offset.tau_nm)
 
     def _publish(self, now_ns: int, outputs: Outputs) -> None:
-        if self._ticks % STATE_EVERY_TICKS == 0:
+        if self._ticks % self._state_every == 0:
             for part, joints in self._parts.items():
                 outputs.put(JOINT_STATE[part], self._joint_state(now_ns, joints))
         if self._ticks % self._wrench_every == 0:
@@ -232,7 +260,7 @@ def build(context: Context) -> RobotService:
     """Open every bus of the robot file."""
     robot = load_robot(context.robot)
     buses = {bus.number: context.open_bus(bus.number, bus.channel) for bus in robot.buses.values()}
-    return RobotService(robot, buses, robot.rates["wrench"].live_hz, context.clock.now_ns)
+    return RobotService(robot, buses, Rates.live(robot), context.clock.now_ns)
 
 
 if __name__ == "__main__":

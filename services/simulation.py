@@ -17,7 +17,7 @@ from services.emulation import rig_spec
 from services.field import Field
 from services.guard import GuardService
 from services.ik import Ik
-from services.robot import RobotService
+from services.robot import Rates, RobotService
 from services.robot_tables import RobotFile
 
 
@@ -51,13 +51,13 @@ class Simulation:
         self._opened: list[MemoryBus] = []
         self.rig = Rig(rig_spec(robot, seed))
         stack: dict[str, Service] = {
-            "boards": Boards(self.rig, self._buses(robot)),
-            "robot": RobotService(robot, self._buses(robot), robot.rates["wrench"].virtual_hz),
+            "boards": Boards(self.rig, self._buses(robot), robot.rates["plant_truth"].virtual_hz),
+            "robot": RobotService(robot, self._buses(robot), Rates.virtual(robot)),
             "guard": GuardService(robot, self._buses(robot)),
             "dynamics": Dynamics(robot),
             "ik": Ik(robot),
             "cartesian": Cartesian(robot),
-            "field": Field(robot),
+            "field": Field(),
         }
         stack.update(replaced or {})
         stack.update(guests or {})

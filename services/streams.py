@@ -25,13 +25,13 @@ from services.messages import (
     Wrench,
 )
 
-# per part
+# per part; rates of the first, of wrench and of plant_truth are lower live: robot file, [rates]
 JOINT_STATE = PlacedStream("joint_state", JointState, rate_hz=250)
 JOINT_COMMAND = PlacedStream("joint_command", JointCommand, rate_hz=100)
 TORQUE_ESTIMATE = PlacedStream("torque_estimate", TorqueEstimate, rate_hz=1000)
 IMPEDANCE_OFFSET = PlacedStream("impedance_offset", ImpedanceOffset, rate_hz=100)
 
-# per FT sensor; live rate in the robot file's [rates]
+# per FT sensor
 WRENCH = PlacedStream("wrench", Wrench, rate_hz=1000)
 
 # per process
@@ -41,9 +41,9 @@ GOAL = Stream("field/goal", Goal, rate_hz=0)
 OBJECTS = Stream("field/objects", Objects, rate_hz=0)
 VIRTUAL_POINT = Stream("field/virtual_point", VirtualPoint, rate_hz=100)
 IK_SOLUTION = Stream("ik/ik_solution", IkSolution, rate_hz=100)
-DYNAMICS_STATUS = Stream("dynamics/status", DynamicsStatus, rate_hz=20)
-CARTESIAN_STATUS = Stream("cartesian/status", CartesianStatus, rate_hz=100)
-ROBOT_STATUS = Stream("robot/status", RobotStatus, rate_hz=100)
+DYNAMICS_STATUS = Stream("dynamics/status", DynamicsStatus, rate_hz=50)
+CARTESIAN_STATUS = Stream("cartesian/status", CartesianStatus, rate_hz=50)
+ROBOT_STATUS = Stream("robot/status", RobotStatus, rate_hz=50)
 PLANT_TRUTH = Stream("boards/plant_truth", PlantTruth, rate_hz=200)
 
 ROBOT_CALL = Call("robot/request", RobotRequest, Reply)

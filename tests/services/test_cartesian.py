@@ -8,14 +8,14 @@ import pytest
 
 from services.cartesian import Cartesian
 from services.core.testing import Bench
-from services.messages import IkSolution, JointState, TorqueEstimate, VirtualPoint
+from services.messages import DynamicsStatus, IkSolution, JointState, VirtualPoint
 from services.robot_tables import RobotFile
 from services.streams import (
     CARTESIAN_STATUS,
+    DYNAMICS_STATUS,
     IK_SOLUTION,
     JOINT_COMMAND,
     JOINT_STATE,
-    TORQUE_ESTIMATE,
     VIRTUAL_POINT,
 )
 from tests.services.postures import point
@@ -115,10 +115,15 @@ def test_solution_without_its_point_is_refused(arm: Arm) -> None:
 
 def test_push_freezes_the_outer_loop(arm: Arm) -> None:
     arm.run(0.1, sequence=1)
-    pushed = TorqueEstimate(
-        stamp_ns=0, tau_nm=(0.0,) * 7, arrival_ns=0, external_force_n=(0.0, 0.0, -20.0)
+    pushed = DynamicsStatus(
+        stamp_ns=0,
+        state="running",
+        samples=0,
+        offset=(),
+        refused=0,
+        external_force_n=(0.0, 0.0, -20.0),
     )
-    arm.bench.put(TORQUE_ESTIMATE["right_arm"], pushed)
+    arm.bench.put(DYNAMICS_STATUS, pushed)
     arm.run(0.03, sequence=20)
     status = arm.bench.last(CARTESIAN_STATUS)
     assert status.gated

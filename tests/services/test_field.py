@@ -6,9 +6,9 @@ import pytest
 from services.core.testing import Bench
 from services.field import Field
 from services.limb import limb_model
-from services.messages import Goal, JointState, Objects, Obstacle
+from services.messages import CartesianStatus, Goal, Objects, Obstacle
 from services.robot_tables import RobotFile
-from services.streams import GOAL, JOINT_STATE, OBJECTS, VIRTUAL_POINT
+from services.streams import CARTESIAN_STATUS, GOAL, OBJECTS, VIRTUAL_POINT
 
 NOWHERE = (0.0, 0.0, 0.0)
 
@@ -20,10 +20,9 @@ def hand_m(robot: RobotFile) -> tuple[float, float, float]:
 
 
 @pytest.fixture
-def bench(robot: RobotFile, home: dict[str, JointState]) -> Bench:
-    bench = Bench(Field(robot))
-    for part, state in home.items():
-        bench.put(JOINT_STATE[part], state)
+def bench(at_home: CartesianStatus) -> Bench:
+    bench = Bench(Field())
+    bench.put(CARTESIAN_STATUS, at_home)
     return bench
 
 

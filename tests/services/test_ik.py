@@ -6,17 +6,16 @@ import pytest
 from services.core.testing import Bench
 from services.ik import Ik
 from services.limb import limb_limits
-from services.messages import JointState
+from services.messages import CartesianStatus
 from services.robot_tables import RobotFile
-from services.streams import IK_SOLUTION, JOINT_STATE, VIRTUAL_POINT
+from services.streams import CARTESIAN_STATUS, IK_SOLUTION, VIRTUAL_POINT
 from tests.services.postures import point
 
 
 @pytest.fixture
-def bench(robot: RobotFile, home: dict[str, JointState]) -> Bench:
+def bench(robot: RobotFile, at_home: CartesianStatus) -> Bench:
     bench = Bench(Ik(robot))
-    for part, state in home.items():
-        bench.put(JOINT_STATE[part], state)
+    bench.put(CARTESIAN_STATUS, at_home)
     return bench
 
 
