@@ -5,7 +5,7 @@ from itertools import groupby
 
 from hal.axis import Axis
 from hal.motion import idle, settled
-from hal.switching import switch_interaction, switch_mode
+from hal.switching import is_stopped, switch_interaction, switch_mode
 from hal.tasks import Sequence, together
 from hal.wire import motor
 from hal.wire.modes import ControlMode, InteractionMode
@@ -79,6 +79,8 @@ def _done(axis: Axis) -> Sequence:
         if axis.address in line.muted:
             return f"{axis.name}: its board fell silent while calibrating"
         if line.now_ns >= poll_ns:
+            if axis.mode == ControlMode.IDLE and is_stopped(axis):
+                return f"{axis.name} not calibrated: emergency button pressed"
             if _is_done(axis):
                 axis.set_calibrated(True)
                 return ""

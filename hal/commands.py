@@ -38,6 +38,11 @@ class Commands:
 
     def set_torques(self, joints: Sequence[int], tau_nm: Sequence[float]) -> bool:
         """Torque references."""
+        axes = self._machine.axes
+        blind = [axes[joint].name for joint in joints if axes[joint].joint.torque_source is None]
+        if blind:
+            self._refuse(f"torques: no torque source for {', '.join(blind)}")
+            return False
         if not self._accepts("torques", joints, tau_nm, ControlMode.TORQUE):
             return False
         for joint, value in zip(joints, tau_nm, strict=True):

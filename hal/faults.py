@@ -8,6 +8,7 @@ logger = logging.getLogger(__name__)
 
 REPEAT_NS = 1_000_000_000  # one report per second and cause
 KEPT = 16
+KEPT_CAUSES = 256  # boards can print anything
 
 
 class Fault(NamedTuple):
@@ -38,6 +39,9 @@ class FaultLog:
             last_ns = self._last_ns.get(cause)
             if last_ns is not None and now_ns - last_ns < REPEAT_NS:
                 return
+            if len(self._last_ns) >= KEPT_CAUSES:
+                recent = self._last_ns.items()
+                self._last_ns = {text: ns for text, ns in recent if now_ns - ns < REPEAT_NS}
             self._last_ns[cause] = now_ns
         self.count += 1
         self.events.append(Fault(now_ns, text, frames))
@@ -47,9 +51,9 @@ class FaultLog:
         """Count a received frame that could not be used."""
         self.drops[cause] = self.drops.get(cause, 0) + 1
 
-    def refuse(self, cause: str) -> None:
-        """Count a command that was not carried out."""
-        self.refusals[cause] = self.refusals.get(cause, 0) + 1
+    def refuse(self, cause: str, count: int = 1) -> None:
+        """Count commands that were not carried out."""
+        self.refusals[cause] = self.refusals.get(cause, 0) + count
 
     def clamp(self, cause: str) -> None:
         """Count a set-point that was sent, but not as given."""

@@ -25,8 +25,12 @@ from hal.wire.can import (
 from hal.wire.frames import describe
 from hal.wire.message import PolledMessage
 from hal.wire.motor import (
+    CALIBRATE_ENCODER,
     GET_CONTROL_MODE,
+    GET_FIRMWARE_VERSION,
     GET_INTERACTION_MODE,
+    SET_ENCODER_POSITION,
+    SET_OFFSET_ABS_ENCODER,
     axis_of,
     command_of,
 )
@@ -34,6 +38,7 @@ from hal.wire.motor import (
 SETTLE_NS = 20_000_000  # an intruder usually sends several settings in a row
 AGAIN_NS = 1_000_000_000  # never fight faster than this
 REPORT_NS = 1_000_000_000
+MOVES_ZERO = (CALIBRATE_ENCODER, SET_ENCODER_POSITION, SET_OFFSET_ABS_ENCODER)
 
 Place = tuple[str, int | None]  # board, axis in the robot (None = the whole board)
 
@@ -69,9 +74,20 @@ class ForeignHost:
         self._example = f"bus {line.number}: {describe(can_id, data)}"
         if _only_asks(can_id, data):
             return
+        if class_of(can_id) == CLASS_MOTOR_POLLING and command_of(data) in MOVES_ZERO:
+            self._lose_zero(line, can_id, data, stamp_ns)
         for place in self._places(line, can_id, data):
             earliest_ns = self._written_ns.get(place, stamp_ns - AGAIN_NS) + AGAIN_NS
             self._spoilt.setdefault(place, max(stamp_ns + SETTLE_NS, earliest_ns))
+
+    def _lose_zero(self, line: Line, can_id: int, data: bytes, stamp_ns: int) -> None:
+        """The axis is no longer where it says: nothing that the host could write undoes that."""
+        touched = (line, low_of(can_id), axis_of(data))
+        for axis in self._machine.axes:
+            if (axis.line, axis.address, axis.number) == touched:
+                axis.set_calibrated(False)
+                text = f"{axis.name}: another host has moved its encoder's zero, calibrate it again"
+                self._machine.faults.report(stamp_ns, text, text)
 
     def _places(self, line: Line, can_id: int, data: bytes) -> list[Place]:
         """What a foreign frame may have changed."""
@@ -85,9 +101,13 @@ class ForeignHost:
                 places.append((name, None))  # discovery: masks at zero, bridges off, stream stopped
             elif can_class == CLASS_ANALOG_POLLING and destination == board.board.address:
                 places.append((name, None))
-            elif can_class == CLASS_MOTOR_POLLING and data:
+            elif can_class == CLASS_MOTOR_POLLING and data and board.axes:
                 touched = (destination, axis_of(data))
-                places += [(name, a.index) for a in board.axes if (a.address, a.number) == touched]
+                axes = [a.index for a in board.axes if (a.address, a.number) == touched]
+                places += [(name, axis) for axis in axes]
+                # The masks belong to the address, so a command for an unused axis may change them.
+                if not axes and 0 <= destination - board.board.address < board.addresses:
+                    places.append((name, None))
         return places
 
     def step(self, now_ns: int) -> None:
@@ -124,4 +144,6 @@ def _only_asks(can_id: int, data: bytes) -> bool:
         command = command_of(data)
     elif can_class == CLASS_ANALOG_POLLING and data:
         command = analog.COMMANDS.get(data[0])
-    return command is not None and command.reply_layout is not None
+    # The handshake answers too, but a version that the board refuses keeps its bridges off.
+    changes = command is None or command is GET_FIRMWARE_VERSION
+    return not changes and command is not None and command.reply_layout is not None

@@ -90,7 +90,7 @@ class Line:
     def command(self, address: int, *frames: Frame) -> None:
         """Queue one command, or several frames that must leave together, for a board's address."""
         if address in self.muted:
-            self._faults.refuse("command to a silent board")
+            self._faults.refuse("command to a silent board", len(frames))
             return
         self.probe(address, *frames)
 
@@ -107,8 +107,10 @@ class Line:
 
     def send(self, address: int, frame: Frame) -> None:
         """Send a frame to one address with this step."""
-        if address not in self.muted:
-            self._urgent.append(frame)
+        if address in self.muted:
+            self._faults.refuse("command to a silent board")
+            return
+        self._urgent.append(frame)
 
     def broadcast(self, frame: Frame) -> None:
         """Send a frame that nobody in particular is addressed by, with this step."""
@@ -131,7 +133,7 @@ class Line:
             return
         self._urgent = []
         if self.is_off:
-            self._faults.refuse(f"frame while bus {self.number} is off")
+            self._faults.refuse(f"frame while bus {self.number} is off", len(out))
             return
         self._bus.send_frames(out)
         self.frames_sent += len(out)

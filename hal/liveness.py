@@ -77,7 +77,8 @@ class Liveness:
                 text += " (it has an absolute encoder error)"
             self._machine.faults.report(now_ns, text, frames=evidence)
             return
-        self._machine.faults.report(now_ns, f"{name} silent for {age_s:.3f} s", name, evidence)
+        text = f"{name} silent for {age_s:.3f} s"
+        self._machine.faults.report(now_ns, text, f"{name} silent", evidence)
         line.muted.add(pulse.address)
         for axis in board.axes:
             if axis.address == pulse.address:

@@ -52,7 +52,8 @@ def _move_axis(axis: Axis, target_ticks: int, duration_s: float) -> Sequence:
         while axis.line.now_ns < end_ns:
             yield
             if axis.mode != ControlMode.POSITION:
-                return f"{axis.name} left position mode during the move"
+                cause = f": {axis.fault_text}" if axis.fault_text else ""
+                return f"{axis.name} left position mode during the move{cause}"
         yield from settled(axis)
         error_rad = abs(target_ticks - axis.ticks) * abs(axis.units.rad_per_tick)
         if error_rad > (COMPLIANT_ERROR_RAD if axis.is_compliant else STIFF_ERROR_RAD):

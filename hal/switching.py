@@ -48,7 +48,7 @@ def _confirmed(axis: Axis, mode: ControlMode) -> Sequence:
     poll_ns = line.now_ns + POLL_NS
     while line.now_ns < deadline_ns:
         yield
-        if axis.mode == mode:
+        if axis.mode == mode and not (axis.is_powered and is_stopped(axis)):
             return ""
         if axis.mode == ControlMode.HW_FAULT and mode != ControlMode.IDLE:
             return f"{axis.name} went into hardware fault: {_refusal(axis)}"
@@ -58,11 +58,19 @@ def _confirmed(axis: Axis, mode: ControlMode) -> Sequence:
     return f"{axis.name} did not enter {mode.name.lower()} mode: {_refusal(axis)}"
 
 
+def is_stopped(axis: Axis) -> bool:
+    """Whether the emergency button is pressed.
+
+    The board then enters the mode asked for, and is idle again one millisecond later.
+    """
+    return bool(axis.fault_bits & AxisFault.EXTERNAL)
+
+
 def _refusal(axis: Axis) -> str:
     """Why a board does not enter a mode (can-protocol 10.2), most certain first."""
     if axis.address in axis.line.muted:
         return "its board is silent"
-    if axis.fault_bits & AxisFault.EXTERNAL:
+    if is_stopped(axis):
         return "emergency button pressed"
     if axis.fault_bits:
         return fault_cause(axis)

@@ -80,14 +80,14 @@ class AxisUnits:
         return saturate_i16(tau_nm * TORQUE_HALF_RANGE / self.torque_limit_nm)
 
     def stiffness_counts(self, stiffness_nm_deg: float) -> int:
-        """Torque units per tick."""
+        """Torque units per tick; not limited: a spring that no frame can carry is refused."""
         scale = TORQUE_HALF_RANGE / self.torque_limit_nm
-        return saturate_i16(stiffness_nm_deg * scale / self._ticks_per_deg)
+        return round_half_away(stiffness_nm_deg * scale / self._ticks_per_deg)
 
     def damping_counts(self, damping_nms_deg: float) -> int:
-        """Thousandths of torque units per tick/s."""
+        """Thousandths of torque units per tick/s; not limited either."""
         scale = TORQUE_HALF_RANGE / self.torque_limit_nm
-        return saturate_i16(damping_nms_deg * scale / self._ticks_per_deg * DAMPING_SCALE)
+        return round_half_away(damping_nms_deg * scale / self._ticks_per_deg * DAMPING_SCALE)
 
 
 def move_speed_counts(delta_ticks: int, duration_s: float) -> int:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from services.core.errors import ConfigError
 from services.robot_tables import JointTable, RobotFile
 
-RATED_STREAMS = ("wrench", "joint_state", "plant_truth")
+RATED_STREAMS = ("hal", "wrench", "joint_state", "plant_truth")
 BOARD_AXES = {"bll_ie": 2, "dc4": 4, "strain": 0}
 
 

@@ -23,7 +23,7 @@ from services.wiring import robot_description
 
 logger = logging.getLogger(__name__)
 
-TICK_S = 0.005
+TICK_S = 0.01
 SILENCE_S = 0.06  # three heartbeats; the boards' own 200 ms watchdog on torques is far behind
 IDLE_PHASES = ("opening", "idle", "failed")
 

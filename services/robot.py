@@ -39,8 +39,8 @@ from services.streams import (
 )
 from services.wiring import robot_description
 
-TICK_S = 0.001
-STATUS_EVERY_TICKS = 20
+RATED = ("hal", "wrench", "joint_state")
+STATUS_HZ = 50
 COMMAND_AGE_NS = 100_000_000  # ten control periods: a command older than this is history
 FAILURES_KEPT = 8
 
@@ -49,33 +49,30 @@ FAILURES_KEPT = 8
 class Rates:
     """How often to publish, in Hz."""
 
+    hal_hz: int  # of the service's own step
     wrench_hz: int
     joint_state_hz: int
 
     @classmethod
     def virtual(cls, robot: RobotFile) -> "Rates":
         """Those of virtual time."""
-        rates = robot.rates
-        return cls(
-            wrench_hz=rates["wrench"].virtual_hz, joint_state_hz=rates["joint_state"].virtual_hz
-        )
+        hal, wrench, state = (robot.rates[name].virtual_hz for name in RATED)
+        return cls(hal_hz=hal, wrench_hz=wrench, joint_state_hz=state)
 
     @classmethod
     def live(cls, robot: RobotFile) -> "Rates":
         """Those of a live stack."""
-        rates = robot.rates
-        return cls(wrench_hz=rates["wrench"].live_hz, joint_state_hz=rates["joint_state"].live_hz)
+        hal, wrench, state = (robot.rates[name].live_hz for name in RATED)
+        return cls(hal_hz=hal, wrench_hz=wrench, joint_state_hz=state)
 
-
-def ticks_per_message(rate_hz: int) -> int:
-    """Steps of one millisecond from one message to the next."""
-    return max(1, round(1.0 / (TICK_S * rate_hz)))
+    def steps_per_message(self, rate_hz: int) -> int:
+        """Steps of the service from one message of a stream to the next."""
+        return max(1, round(self.hal_hz / rate_hz))
 
 
 class RobotService(Service):
-    """Drives one hal.Robot, one step per millisecond."""
+    """Drives one hal.Robot."""
 
-    trigger = Period(TICK_S)
     serves = (ROBOT_CALL,)
 
     def __init__(
@@ -92,15 +89,17 @@ class RobotService(Service):
             for part, joints in robot.parts.items()
         }
         self._sensors = tuple(sensor.name for sensor in description.sensors)
-        self._wrench_every = ticks_per_message(rates.wrench_hz)
-        self._state_every = ticks_per_message(rates.joint_state_hz)
+        self.trigger = Period(1.0 / rates.hal_hz)
+        self._wrench_every = rates.steps_per_message(rates.wrench_hz)
+        self._state_every = rates.steps_per_message(rates.joint_state_hz)
+        self._status_every = rates.steps_per_message(STATUS_HZ)
         self._tasks: dict[int, Task] = {}
         self._last_task = 0
         self._finished = 0
         self._failures: list[tuple[int, str]] = []
         self._newest_command_ns = dict.fromkeys(self._parts, -1)
         self._refusals: Counter[str] = Counter()
-        self._ticks = 0
+        self._steps = 0
         self.reads = tuple(
             stream[part]
             for part in self._parts
@@ -118,12 +117,12 @@ class RobotService(Service):
         return tuple(fault.text for fault in self._hal.fault_events)
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
-        """Take in set-points and torques, run the HAL one millisecond, publish what is due."""
+        """Take in set-points and torques, run the HAL, publish what is due."""
         self._serve(inputs, outputs)
         self._take_inputs(now_ns, inputs)
         self._hal.step(now_ns)
         self._collect_tasks()
-        self._ticks += 1
+        self._steps += 1
         self._publish(now_ns, outputs)
 
     def close(self, now_ns: int, outputs: Outputs) -> None:  # noqa: ARG002
@@ -143,15 +142,15 @@ class RobotService(Service):
                 self._hal.set_impedance_offsets(joints, offset.tau_nm)
 
     def _publish(self, now_ns: int, outputs: Outputs) -> None:
-        if self._ticks % self._state_every == 0:
+        if self._steps % self._state_every == 0:
             for part, joints in self._parts.items():
                 outputs.put(JOINT_STATE[part], self._joint_state(now_ns, joints))
-        if self._ticks % self._wrench_every == 0:
+        if self._steps % self._wrench_every == 0:
             for sensor in self._sensors:
                 samples = self._hal.take_samples(sensor)
                 if samples:
                     outputs.put(WRENCH[sensor], averaged(now_ns, samples))
-        if self._ticks % STATUS_EVERY_TICKS == 0:
+        if self._steps % self._status_every == 0:
             outputs.put(ROBOT_STATUS, self._status(now_ns))
 
     def _serve(self, inputs: Inputs, outputs: Outputs) -> None:

@@ -2,8 +2,8 @@
 
 from collections import Counter, deque
 
-from hal.wire.analog import ZERO_WORD
-from hal.wire.can import Frame
+from hal.wire.analog import FORCE, TORQUE, ZERO_WORD
+from hal.wire.can import CLASS_ANALOG_PERIODIC, Frame, frame_id
 from hal.wire.motor_periodic import PRINT
 
 PROTOCOL = (1, 6)  # of every DSP board here
@@ -73,6 +73,7 @@ class Node:
         self.version = version
         self.printer = Printer(address)
         self.sensors: dict[int, TorqueSensor] = {}
+        self.torque_frames: dict[int, tuple[TorqueSensor, int]] = {}  # by identifier; which words
         self.dropped: Counter[str] = Counter()
         self.label = bytearray(LABEL_PIECES * 4)  # flash: survives boot
         self.boot()
@@ -87,7 +88,13 @@ class Node:
 
     def sensor(self, source: int) -> TorqueSensor:
         """The virtual torque sensor at an address, listened to from now on."""
-        return self.sensors.setdefault(source, TorqueSensor())
+        sensor = self.sensors.get(source)
+        if sensor is None:
+            sensor = self.sensors[source] = TorqueSensor()
+            for half, row in enumerate((FORCE, TORQUE)):  # channels 0..2 and 3..5
+                can_id = frame_id(CLASS_ANALOG_PERIODIC, source, row.type)
+                self.torque_frames[can_id] = sensor, half
+        return sensor
 
     def label_piece(self, index: int) -> tuple[int, ...]:
         """Index and four characters of the label."""

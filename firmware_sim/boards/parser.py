@@ -9,8 +9,7 @@ from hal.wire.analog import FORCE, TORQUE
 from hal.wire.can import EVERYBODY, Frame, low_of, source_of
 from hal.wire.message import CODE_MASK, AxisCommand
 
-_TORQUE_ROWS = {FORCE.type: FORCE, TORQUE.type: TORQUE}  # channels 0..2 and 3..5
-_FIRST_TORQUE_TYPE = FORCE.type
+_TORQUE_TYPES = (FORCE.type, TORQUE.type)
 _COMMANDS: dict[int, tuple[AxisCommand, Handler]] = {
     code: (motor.COMMANDS[code], handler)
     for code, handler in (
@@ -56,20 +55,18 @@ def virtual_torque(node: Node, tolerated: frozenset[int], can_id: int, data: byt
 
     Any other type but the `tolerated` ones makes the board complain in a print.
     """
-    kind = can_id & 0xF
-    row = _TORQUE_ROWS.get(kind)
-    if row is None:
-        if kind not in tolerated:
+    place = node.torque_frames.get(can_id)
+    if place is None:
+        kind = can_id & 0xF
+        if kind not in _TORQUE_TYPES and kind not in tolerated:
             node.printer.say("unknown strain msg")
         return
-    sensor = node.sensors.get(can_id >> 4 & 0xF)
-    if sensor is None:
-        return
-    words = row.parse(data)
+    words = FORCE.parse(data)  # TORQUE has the same three words
     if words is None:
         node.dropped["length"] += 1
         return
-    sensor.words[kind - _FIRST_TORQUE_TYPE] = words
+    sensor, half = place
+    sensor.words[half] = words
     sensor.watchdog_ms = TORQUE_WATCHDOG_MS
 
 

@@ -45,6 +45,7 @@ class HostBoard(Protocol):
     """The host side of one board: decodes its frames, configures it, knows whether it lives."""
 
     board: Board
+    addresses: int  # consecutive ones that it owns, from board.address on
     line: Line
     axes: tuple[Axis, ...]
     pulses: tuple[Pulse, ...]

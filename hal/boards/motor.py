@@ -208,6 +208,7 @@ class AddressPair:
             return
         axis = self.axes[motor.axis_of(data)]
         if axis is None:
+            self._faults.drop("reply about an axis that the robot does not use")
             return
         axis.replies[command.code] = values
         if command is motor.GET_CONTROL_MODE:

@@ -65,7 +65,11 @@ def impedance_setting(axis: Axis) -> Setting:
 
 
 def address_settings(board: Board, address: int) -> Iterator[Frame]:
-    """Settings that belong to an address and not to an axis: its broadcast mask."""
+    """Settings that belong to an address and not to an axis: protocol and broadcast mask.
+
+    The protocol again, because a handshake with another version would keep the bridges off.
+    """
     mask = board.broadcast[address - board.address]
-    axis = 0  # both axes of an address share the mask; the board takes the command for either
+    axis = 0  # both axes of an address share these; the board takes the commands for either
+    yield motor.GET_FIRMWARE_VERSION.request(address, axis, *motor.HOST_PROTOCOL)
     yield motor.SET_BCAST_POLICY.request(address, axis, mask)

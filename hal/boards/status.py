@@ -14,6 +14,8 @@ from hal.wire.motor_periodic import (
     can_status_text,
 )
 
+# Bits are the state of one cycle; those that say why an axis is in fault must outlast it.
+NOT_A_CAUSE = AxisFault.EXTERNAL  # the button leads to idle, and its bit to nothing but itself
 SILENT_CAUSES = "no fault bit: torque source or coupled board silent, bus-off, or refused to enable"
 
 
@@ -38,7 +40,7 @@ class StatusReader:
             return
         for axis, bits, mode in zip(self._axes, values[0:4:2], values[1:4:2], strict=True):
             if axis is not None:
-                self._on_fault_bits(axis, bits, stamp_ns)
+                self._on_fault_bits(axis, bits, mode, stamp_ns)
                 self.on_mode(axis, mode, stamp_ns)
         for text in (can_status_text(values[4]), board_status_text(values[5])):
             if text:
@@ -60,18 +62,21 @@ class StatusReader:
             text = f"{axis.name} went idle by itself" + (f": {bits}" if bits else "")
             self._faults.report(stamp_ns, text, text)
 
-    def _on_fault_bits(self, axis: Axis, bits: int, stamp_ns: int) -> None:
+    def _on_fault_bits(self, axis: Axis, bits: int, mode: int, stamp_ns: int) -> None:
+        if mode == axis.mode == ControlMode.HW_FAULT:
+            bits |= axis.fault_bits & ~NOT_A_CAUSE
         news = bits & ~axis.fault_bits
         axis.fault_bits = bits
         if news & AxisFault.EXTERNAL:
-            self._faults.report(stamp_ns, f"{self._name}: emergency button pressed", self._name)
+            text = f"{self._name}: emergency button pressed"
+            self._faults.report(stamp_ns, text, text)
         text = axis_fault_text(news & ~AxisFault.EXTERNAL)
         if text:
             self._faults.report(stamp_ns, f"{axis.name}: {text}", f"{axis.name} {text}")
 
 
 def fault_cause(axis: Axis) -> str:
-    """Why an axis is in hardware fault, as far as its last STATUS tells."""
+    """Why an axis is in hardware fault, as far as its STATUS frames have told."""
     return axis_fault_text(axis.fault_bits) or SILENT_CAUSES
 
 
