@@ -75,7 +75,7 @@ def _check_reach(robot: RobotFile) -> None:
     size = len(robot.chain)
     for joint in robot.reach.compliant:
         _known(robot, "reach.compliant", joint, dict.fromkeys(robot.chain))
-    for field in ("home_deg", "rest_deg", "rest_weights"):
+    for field in ("home_deg", "park_deg", "rest_deg", "rest_weights"):
         if len(getattr(robot.reach, field)) != size:
             _refuse(
                 robot,

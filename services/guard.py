@@ -19,7 +19,7 @@ from services.core.service import Inputs, Outputs, Period, Service
 from services.messages import Reply, RobotRequest
 from services.robot_tables import RobotFile
 from services.streams import GUARD_CALL, ROBOT_STATUS
-from services.wiring import robot_description
+from services.wiring import parked, robot_description
 
 logger = logging.getLogger(__name__)
 
@@ -36,6 +36,7 @@ class GuardService(Service):
     trigger = Period(TICK_S)
 
     def __init__(self, robot: RobotFile, buses: Mapping[int, FrameBus]) -> None:
+        self._robot = robot
         self._guard = Guard(robot_description(robot), buses)
         self._stalls = Stalls()
         self._acted = False
@@ -67,6 +68,7 @@ class GuardService(Service):
 
     def _take_up(self, now_ns: int, request: RobotRequest) -> Reply:
         if request.action == "stop":
+            request = parked(self._robot, request)
             self._running = self._guard.stop(now_ns, request.joints, request.q_rad)
         elif request.action == "idle":
             self._running = self._guard.idle_all(now_ns)

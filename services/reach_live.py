@@ -97,6 +97,7 @@ def _work(
     elapsed_s = (wall_ns() - start_ns) * 1e-9
     if death is not None:
         raise death
+    stack.check()
     return elapsed_s, {p: s for p in MEASURED if (s := client.latest(STATS[p])) is not None}
 
 

@@ -37,7 +37,7 @@ from services.streams import (
     TORQUE_ESTIMATE,
     WRENCH,
 )
-from services.wiring import robot_description
+from services.wiring import parked, robot_description
 
 RATED = ("hal", "wrench", "joint_state")
 STATUS_HZ = 50
@@ -82,6 +82,7 @@ class RobotService(Service):
         rates: Rates,
         clock: Callable[[], int] | None = None,
     ) -> None:
+        self._robot = robot
         description = robot_description(robot)
         self._hal = Robot(description, buses, clock)
         self._parts = {
@@ -154,7 +155,8 @@ class RobotService(Service):
             outputs.put(ROBOT_STATUS, self._status(now_ns))
 
     def _serve(self, inputs: Inputs, outputs: Outputs) -> None:
-        for token, request in inputs.requests(ROBOT_CALL):
+        for token, asked in inputs.requests(ROBOT_CALL):
+            request = parked(self._robot, asked)
             task = self._hal.request(
                 request.action, request.joints, request.value, request.q_rad, request.duration_s
             )

@@ -135,6 +135,7 @@ class ReachTable(Strict, frozen=True, kw_only=True):
     sensor: str
     compliant: tuple[str, ...]
     home_deg: tuple[float, ...]
+    park_deg: tuple[float, ...]
     rest_deg: tuple[float, ...]
     rest_weights: tuple[float, ...]
     rest_beta: float

@@ -8,11 +8,13 @@ import xml.etree.ElementTree as ElementTree
 from functools import cache
 from pathlib import Path
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from hal.description import Board, ForceTorqueSensor, Joint, RobotDescription, TorqueSource
 from services.core.errors import ConfigError
+from services.messages import RobotRequest
 from services.robot_tables import JointTable, RobotFile
 
 Vector = NDArray[np.float64]
@@ -100,6 +102,14 @@ def robot_description(robot: RobotFile) -> RobotDescription:
         speed_estimate_shift=robot.host.speed_estimate_shift,
         velocity_timeout_ms=robot.host.velocity_timeout_ms,
     )
+
+
+def parked(robot: RobotFile, request: RobotRequest) -> RobotRequest:
+    """A request to stop, with the posture to come down to where it names none."""
+    if request.action != "stop" or request.q_rad:
+        return request
+    park_rad = tuple(np.radians(robot.reach.park_deg).tolist())
+    return msgspec.structs.replace(request, joints=robot.chain, q_rad=park_rad)
 
 
 def firmware_of(robot: RobotFile, board: str) -> tuple[int, int]:

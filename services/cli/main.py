@@ -9,7 +9,7 @@ import cyclopts
 from services.cli.can import can_up
 from services.cli.demo import reach
 from services.cli.up import up
-from services.core.errors import ServiceError
+from services.core.errors import ProcessDiedError, ServiceError
 
 PACKAGES = ("services", "hal", "dforc", "firmware_sim")
 USAGE_ERROR = 2
@@ -51,6 +51,8 @@ def main(arguments: list[str] | None = None) -> int:
         status = app(arguments, result_action="return_value")
     except ServiceError as error:
         print(f"ulna: {error}", file=sys.stderr)
+        if isinstance(error, ProcessDiedError) and error.log_tail:
+            print(error.log_tail, file=sys.stderr)
         return USAGE_ERROR
     return status if isinstance(status, int) else 0
 

@@ -25,8 +25,9 @@ def test_reads_positions_of_both_axes_of_an_address(script: Script) -> None:
 
 
 def test_reads_a_negative_factor_and_the_second_address_of_a_4dc(script: Script) -> None:
-    script.say("131 0FF3FFFF00000000", "141 0008000000000000")  # -3313 and 2048 ticks
-    script.tick()
+    script.bus.positions[0x131] = bytes.fromhex("0FF3FFFF00000000")  # -3313 ticks
+    script.bus.positions[0x141] = bytes.fromhex("0008000000000000")  # 2048 ticks
+    script.tick(4)
 
     q_rad = script.robot.joints.q_rad
     assert q_rad[PROSUP] == pytest.approx(math.radians(-3313 / -706.67 + 74.0))
@@ -150,3 +151,37 @@ def test_counts_identifiers_that_nobody_should_send(script: Script) -> None:
 def test_knows_when_a_joint_was_heard(script: Script) -> None:
     assert script.robot.is_fresh(PITCH, script.now_ns)
     assert not script.robot.is_fresh(PITCH, script.now_ns + 110_000_000)
+
+
+def test_counts_replies_about_an_axis_that_the_robot_has_not(script: Script) -> None:
+    script.say("040 8700")  # axis 1 of address 4
+    script.tick()
+    assert dict(script.robot.status().drops) == {"undecodable reply of a motor board": 1}
+    script.say("040 870000")
+    script.tick()
+
+    assert dict(script.robot.status().drops) == {
+        "undecodable reply of a motor board": 1,
+        "reply about an axis that the robot does not use": 1,
+    }
+
+
+def test_keeps_the_cause_of_a_fault_that_its_bits_show_only_once(script: Script) -> None:
+    script.say("113 08A0000100000000")  # example 31
+    script.tick()
+    script.say("113 00A0000800000000")  # the other axis changes its mode
+    script.tick()
+    assert script.robot.joints.fault[PITCH] == "hardware fault: over-current or I2T trip"
+
+    script.say("113 0000000800000000")
+    script.tick()
+    assert script.robot.joints.fault[PITCH] == ""
+
+
+def test_forgets_the_emergency_button_once_it_is_released(script: Script) -> None:
+    script.say("113 04A0040000000000")
+    script.tick()
+    script.say("113 00A0000000000000")
+    script.tick()
+
+    assert not any("emergency" in text for text in script.robot.joints.fault)

@@ -61,6 +61,14 @@ def test_refuses_a_gain_that_no_frame_can_carry() -> None:
     )
 
 
+def test_refuses_a_spring_that_no_frame_can_carry() -> None:
+    weak = TorqueSource(address=12, channel=4, full_scale_nm=2.0)  # so its unit is fine
+
+    assert refusal(with_joints(compliant_joint("a", 1, 0, 4, torque_source=weak))) == (
+        "joint a: SET_IMPEDANCE_PARAMS: damping = 43211 does not fit i16"
+    )
+
+
 def test_refuses_masks_that_do_not_fit_the_addresses_of_a_board() -> None:
     forearm = msgspec.structs.replace(DESCRIPTION.boards[1], broadcast=(0x75,))
     boards = (DESCRIPTION.boards[0], forearm, DESCRIPTION.boards[2])

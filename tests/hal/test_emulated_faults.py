@@ -78,10 +78,23 @@ def test_leaves_a_hardware_fault_on_request(ready: Bench) -> None:
     assert ready.axes[1].mode == ControlMode.POSITION
 
 
-def test_explains_the_emergency_button(ready: Bench) -> None:
+def test_calibrates_out_of_a_hardware_fault(ready: Bench) -> None:
+    ready.axes[1].port.encoder_fault = True
+    ready.tick(20)
+    ready.axes[1].port.encoder_fault = False
+    task = ready.robot.request("calibrate", ["roll"])
+    ready.finish(task)
+
+    assert task.ok, task.reason
+    assert ready.axes[1].mode == ControlMode.POSITION
+
+
+@pytest.mark.parametrize("slot", range(5))
+def test_explains_the_emergency_button(ready: Bench, slot: int) -> None:
+    # The board enters the mode for one millisecond, and one slot reports just that.
     for axis in ready.axes:
         axis.port.external_fault = True
-    ready.tick(20)
+    ready.tick(20 + slot)
     task = ready.robot.request("mode", ["roll"], "position")
     ready.finish(task)
 
@@ -89,6 +102,16 @@ def test_explains_the_emergency_button(ready: Bench) -> None:
     assert "board r_shoulder (bus 1, address 1): emergency button pressed" in (
         ready.robot.status().faults
     )
+
+
+def test_does_not_calibrate_while_the_emergency_button_is_pressed(ready: Bench) -> None:
+    for axis in ready.axes:
+        axis.port.external_fault = True
+    task = ready.robot.request("calibrate", ["pitch", "roll"])
+    ready.finish(task, limit_ms=400)
+
+    assert "pitch not calibrated: emergency button pressed" in task.reason
+    assert ready.robot.joints.calibrated[:2] == [False, False]
 
 
 def test_a_board_that_loses_power_is_named_and_configured_again(ready: Bench) -> None:

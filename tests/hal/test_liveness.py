@@ -49,6 +49,15 @@ def test_sends_a_silent_board_nothing_but_a_handshake(script: Script) -> None:
     assert set(to_shoulder(script.tick(1500))) == {"001 5B0106"}
 
 
+def test_counts_commands_to_a_silent_board(script: Script) -> None:
+    del script.bus.positions[0x111]
+    script.tick(120)
+    script.finish(script.robot.request("mode", ["pitch"], "idle"))
+
+    # At once, with its impedance offset behind it, and three times the question for the mode.
+    assert dict(script.robot.status().refusals)["command to a silent board"] >= 3
+
+
 def test_takes_a_board_back_that_talks_again(script: Script) -> None:
     positions = script.bus.positions.pop(0x111)
     script.tick(150)
@@ -103,3 +112,33 @@ def test_sends_nothing_while_the_bus_is_off_and_says_so(script: Script) -> None:
     script.bus.bus_state = can.BusState.ACTIVE
     script.tick(10)
     assert script.robot.status().faults[-1] == "bus 1 is back"
+
+
+def test_counts_set_points_for_a_silent_board(script: Script) -> None:
+    script.status(0x113, 0x08, 0x08)
+    script.tick()
+    del script.bus.positions[0x111]
+    script.tick(120)
+    before = dict(script.robot.status().refusals).get("command to a silent board", 0)
+    script.robot.set_positions([PITCH], [-0.02])
+
+    assert to_shoulder(script.tick(5)) == []
+    assert dict(script.robot.status().refusals)["command to a silent board"] == before + 1
+
+
+def test_sends_nothing_on_a_bus_that_is_off_and_counts_every_frame(script: Script) -> None:
+    script.bus.bus_state = can.BusState.ERROR
+    script.tick(20)
+    script.torques()
+
+    assert script.tick() == []
+    assert dict(script.robot.status().refusals) == {"frame while bus 1 is off": 2}
+
+
+def test_reports_a_silence_right_after_the_emergency_button(script: Script) -> None:
+    script.say("113 0400040000000000")
+    script.tick()
+    del script.bus.positions[0x111]
+    script.tick(120)
+
+    assert script.robot.status().faults[-1].startswith(f"{SHOULDER} silent for 0.1")

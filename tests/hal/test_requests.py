@@ -161,7 +161,7 @@ def test_ends_a_move_when_the_joint_leaves_position_mode(script: Script, robot: 
     script.status(0x113, 0x01, 0x00, 0, 0x04)
     script.tick()
 
-    assert task.reason == "roll left position mode during the move"
+    assert task.reason == "roll left position mode during the move: emergency button pressed"
 
 
 @pytest.mark.parametrize(

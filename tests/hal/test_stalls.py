@@ -37,3 +37,9 @@ def test_stamp_from_within_the_stall_is_not_younger_than_its_end() -> None:
 def test_silence_after_a_stall_still_grows() -> None:
     stalls = stepped(0, 1, 131)
     assert stalls.age_ns(231 * MS, 1 * MS) == 100 * MS
+
+
+def test_a_process_that_is_slow_all_the_time_hides_nothing_from_itself() -> None:
+    stalls = stepped(*range(0, 400, 20))
+    assert stalls.count == 19
+    assert stalls.age_ns(380 * MS, 0) == 360 * MS

@@ -90,6 +90,18 @@ def test_switches_to_compliant_with_the_offset_in_the_same_millisecond(script: S
     assert sent[:2] == ["001 F401", "001 D900F8"]  # compliant, -2048
 
 
+def test_asks_for_the_interaction_mode_when_the_confirmation_was_lost(script: Script) -> None:
+    script.torques()
+    task = script.robot.request("interaction", ["roll"], "compliant")
+    assert "001 F5" not in script.tick(48)
+    assert "001 F5" in script.tick(4)
+    script.say("010 F50100")
+    script.torques()
+    script.tick()
+
+    assert (task.done, task.ok) == (True, True)
+
+
 def test_sends_spring_and_offset_again_once_the_board_has_confirmed(script: Script) -> None:
     script.robot.set_impedance_offsets([PITCH, ROLL], [1.0, -0.5])
     sent = make_compliant(script, "roll", "11C 10")

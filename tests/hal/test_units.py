@@ -24,6 +24,13 @@ def test_turns_an_angle_into_ticks_rounded_half_away_from_zero() -> None:
     assert LEFT_PITCH.ticks(math.radians(20.0)) == 1877  # 1876.875
 
 
+def test_turns_the_ticks_and_angles_of_the_left_arm_of_examples_15_and_17() -> None:
+    roll = AxisUnits(joint("roll", 1, 1, ticks_per_deg=-11.375, zero_deg=-330.0), 8)
+    elbow = AxisUnits(joint("elbow", 2, 1, ticks_per_deg=-11.375, zero_deg=-181.0), 8)
+    assert roll.q_rad(3526) == pytest.approx(math.radians(20.0), abs=math.radians(0.05))
+    assert elbow.ticks(math.radians(60.0)) == 1376
+
+
 def test_swaps_the_limits_of_a_negative_factor() -> None:
     assert (LEFT_PITCH.low_ticks, LEFT_PITCH.high_ticks) == (1991, 3191)
 

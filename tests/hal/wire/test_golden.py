@@ -165,6 +165,10 @@ def test_torque_frame() -> None:
     full_scales_nm = (34.0, 35.0, 22.0)
     words = [analog.to_word(t, s) for t, s in zip((1.0, -0.5, 0.2), full_scales_nm, strict=True)]
     assert TORQUE.frame(13, *words) == frame("3DB [6] C4 83 2C 7E 2A 81")
+    parsed = TORQUE.parse(data("3DB [6] C4 83 2C 7E 2A 81"))
+    assert parsed is not None
+    torques_nm = [analog.to_physical(w, s) for w, s in zip(parsed, full_scales_nm, strict=False)]
+    assert torques_nm == pytest.approx([1.0, -0.5, 0.2], abs=1.1e-3)
 
 
 def test_saturated_force_frame() -> None:
@@ -189,6 +193,9 @@ def test_boards_see_the_virtual_torques_of_the_sheet() -> None:
     words = FORCE.parse(data("3CA [6] FF BF 01 60 00 80"))
     assert words is not None
     assert [word - analog.ZERO_WORD for word in words[:3]] == [16383, -8191, 0]
+    words = TORQUE.parse(data("3CB [6] FF 87 00 80 00 80"))
+    assert words is not None
+    assert words[0] - analog.ZERO_WORD == 2047
 
 
 def test_discovery() -> None:
