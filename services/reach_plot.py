@@ -39,10 +39,16 @@ def draw(recording: Recording, path: Path) -> None:
 def _title(recording: Recording) -> str:
     report = recording.report()
     reached = "reached" if report["reached"] else f"not reached {report['failure']}"
-    return (
-        f"seed {report['seed']}: {reached}, error {report['position_error_mm']} mm and "
-        f"{report['orientation_error_deg']} deg, clearance {report['min_clearance_mm']} mm"
-    )
+    figures = [
+        f"{report[key]:.2f} {unit}"
+        for key, unit in (
+            ("position_error_mm", "mm"),
+            ("orientation_error_deg", "deg"),
+            ("min_clearance_mm", "mm clearance"),
+        )
+        if isinstance(report[key], float)
+    ]
+    return f"seed {report['seed']}: {reached}  {',  '.join(figures)}"
 
 
 def _draw_space(axes: Axes3D, recording: Recording) -> None:
@@ -59,12 +65,28 @@ def _draw_space(axes: Axes3D, recording: Recording) -> None:
         axes.scatter(*scene.target_m, color="tab:red", marker="x", s=60, label="target")
         if scene.ball_centre_m is not None:
             _draw_ball(axes, np.array(scene.ball_centre_m), scene.ball_radius_m)
+    _look_across(axes, recording)
     axes.set_xlabel("x [m] (backwards)")
     axes.set_ylabel("y [m] (right)")
     axes.set_zlabel("z [m] (up)")
     axes.set_aspect("equal")
     if trace.tip_m:
         axes.legend(loc="upper left")
+
+
+def _look_across(axes: Axes3D, recording: Recording) -> None:
+    """Turn the view so that the detour around the ball is seen from the side."""
+    if recording.scene is None or not recording.trace.tip_m:
+        return
+    path, target = np.array(recording.trace.tip_m), np.array(recording.scene.target_m)
+    along = target - path[0]
+    along /= max(float(np.linalg.norm(along)), 1e-9)
+    aside = path - path[0] - np.outer((path - path[0]) @ along, along)
+    sight = np.cross(along, aside[int(np.linalg.norm(aside, axis=1).argmax())])
+    if np.linalg.norm(sight) < 1e-9:
+        return
+    x, y, z = sight / np.linalg.norm(sight) * (1.0 if sight[2] >= 0.0 else -1.0)
+    axes.view_init(elev=float(np.degrees(np.arcsin(z))), azim=float(np.degrees(np.arctan2(y, x))))
 
 
 def _draw_ball(
