@@ -1,15 +1,19 @@
-"""The whole robot in one process and in virtual time.
+"""The whole robot in one process: emulated boards, buses, every service of the stack.
 
-Emulated boards, memory buses, every service of the stack.
+In virtual time over memory buses, or by the wall clock over SocketCAN.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 from firmware_sim.rig import Rig
+from hal.buses.bus import FrameBus
 from hal.buses.memory import MemoryBus, MemoryNetwork
+from hal.buses.socketcan import HostClock, SocketCanBus
 from services.boards import Boards
 from services.cartesian import Cartesian
 from services.core.clock import NS_PER_MS, VirtualClock
+from services.core.paced import PacedClock
 from services.core.service import Service
 from services.core.virtual import VirtualExecutor
 from services.dynamics import Dynamics
@@ -18,7 +22,27 @@ from services.field import Field
 from services.guard import GuardService
 from services.ik import Ik
 from services.robot import Rates, RobotService
-from services.robot_tables import RobotFile
+from services.robot_tables import BusTable, RobotFile
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """What differs between virtual time and one process that runs by the wall clock."""
+
+    clock: VirtualClock
+    open_bus: Callable[[BusTable], FrameBus]
+    rates: Rates
+    truth_hz: int
+
+
+def paced_setting(robot: RobotFile, clock: PacedClock, on_bus: HostClock) -> Setting:
+    """SocketCAN and the wall clock; `on_bus` stamps the frames."""
+    return Setting(
+        clock=clock,
+        open_bus=lambda bus: SocketCanBus(bus.channel, on_bus),
+        rates=Rates.live(robot),
+        truth_hz=robot.rates["plant_truth"].live_hz,
+    )
 
 
 class Simulation:
@@ -35,6 +59,7 @@ class Simulation:
         guests: Mapping[str, Service] | None = None,
         replaced: Mapping[str, Service] | None = None,
         wrapped: Callable[[str, Service], Service] | None = None,
+        setting: Setting | None = None,
     ) -> None:
         """Build everything.
 
@@ -45,14 +70,16 @@ class Simulation:
             guests: services beside the stack.
             wrapped: puts something around each service, for experiments that break one.
             replaced: services that take the place of the stack's own, by process name.
+            setting: clock, buses and rates; virtual time and memory buses by default.
         """
-        self.clock = VirtualClock()
-        self.network = MemoryNetwork(self.clock, hop_ticks * NS_PER_MS)
-        self._opened: list[MemoryBus] = []
+        setting = setting or self._virtual(robot, hop_ticks)
+        self._setting = setting
+        self.clock = setting.clock
+        self._opened: list[FrameBus] = []
         self.rig = Rig(rig_spec(robot, seed))
         stack: dict[str, Service] = {
-            "boards": Boards(self.rig, self._buses(robot), robot.rates["plant_truth"].virtual_hz),
-            "robot": RobotService(robot, self._buses(robot), Rates.virtual(robot)),
+            "boards": Boards(self.rig, self._buses(robot), setting.truth_hz),
+            "robot": RobotService(robot, self._buses(robot), setting.rates),
             "guard": GuardService(robot, self._buses(robot)),
             "dynamics": Dynamics(robot),
             "ik": Ik(robot),
@@ -72,9 +99,20 @@ class Simulation:
         for bus in self._opened:
             bus.shutdown()
 
-    def _buses(self, robot: RobotFile) -> dict[int, MemoryBus]:
-        """A handle of its own on every bus, for one process."""
-        handles = {b.number: MemoryBus(self.network, b.channel) for b in robot.buses.values()}
+    def _virtual(self, robot: RobotFile, hop_ticks: int) -> Setting:
+        clock = VirtualClock()
+        network = MemoryNetwork(clock, hop_ticks * NS_PER_MS)
+        self.network = network  # its switches inject faults
+        return Setting(
+            clock=clock,
+            open_bus=lambda bus: MemoryBus(network, bus.channel),
+            rates=Rates.virtual(robot),
+            truth_hz=robot.rates["plant_truth"].virtual_hz,
+        )
+
+    def _buses(self, robot: RobotFile) -> dict[int, FrameBus]:
+        """A handle of its own on every bus, for one service."""
+        handles = {bus.number: self._setting.open_bus(bus) for bus in robot.buses.values()}
         self._opened += handles.values()
         return handles
 

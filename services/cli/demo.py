@@ -15,6 +15,7 @@ from services.core.errors import ConfigError
 from services.messages import Vector3
 from services.reach import ReachOptions
 from services.reach_live import run_live
+from services.reach_one_process import run_one_process
 from services.reach_record import Report
 from services.reach_virtual import Outcome, run_virtual
 
@@ -31,6 +32,7 @@ def reach(
     stiff: bool = False,
     seed: int = 0,
     can: str = "",
+    one_process: bool = False,
     target: Annotated[str, cyclopts.Parameter(allow_leading_hyphen=True)] = "",
     obstacle: Annotated[str, cyclopts.Parameter(allow_leading_hyphen=True)] = "",
     hop_ms: int = 1,
@@ -50,6 +52,7 @@ def reach(
         stiff: keep the arm stiff instead of compliant.
         seed: draws plant masses and levers, sensor noise and offset, target and ball.
         can: zenoh or socketcan; live only. Default: what is there.
+        one_process: live on SocketCAN, all services in one process: for one slow core.
         target: X,Y,Z of the hand in metres, base frame (x backwards, y right, z up).
         obstacle: X,Y,Z,R of the ball in metres.
         hop_ms: virtual milliseconds that a hop between two processes takes.
@@ -60,6 +63,8 @@ def reach(
     console = Console()
     if virtual and can:
         raise ConfigError(f"--virtual uses the memory bus; --can {can} is for live runs")
+    if one_process and (virtual or can == "zenoh"):
+        raise ConfigError("--one-process runs by the wall clock on --can socketcan")
     if not 1 <= hop_ms <= MAX_HOP_MS:
         raise ConfigError(f"--hop-ms: {hop_ms} is outside 1..{MAX_HOP_MS}")
     robot_file = load_robot(robot)
@@ -79,6 +84,8 @@ def reach(
 
         if virtual:
             outcome = run_virtual(robot_file, options, hop_ms, show)
+        elif one_process:
+            outcome = run_one_process(robot_file, options, show)
         else:
             outcome = run_live(robot, options, can, show, progress.console.print)
     return conclude(console, outcome, json_file, plot)

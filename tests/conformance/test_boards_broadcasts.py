@@ -49,6 +49,12 @@ def test_additional_status_tells_a_change_of_interaction(bench: Bench) -> None:
     assert frame == (0x10C | bench.address << 4, b"\x10")
 
 
+def test_additional_status_goes_with_the_status_of_every_five_seconds(bench: Bench) -> None:
+    bench.configure(mask=STATUS_MASK)
+    frames = bench.heard(bench.tick(5100), motor_periodic.ADDITIONAL_STATUS)
+    assert [source_of(can_id) for can_id, _ in frames] == list(bench.board.addresses)
+
+
 def test_rest_slot_carries_currents_speeds_and_errors(bench: Bench) -> None:
     bench.ready(mask=0xC8)
     bench.board.ports[0].current_ma = 350

@@ -11,7 +11,7 @@ from tests.hal.scripted import MS, ScriptedBus, frame, text
 
 
 class Watch:
-    """A guard, its bus and its time; stepped each 5 ms as the service does it."""
+    """A guard, its bus and its time; stepped each 10 ms as the service does it."""
 
     def __init__(self) -> None:
         self.bus = ScriptedBus()
@@ -70,6 +70,15 @@ def test_insists_until_the_board_confirms(watch: Watch) -> None:
     assert watch.tick(16).count("001 7400") == 3
     watch.finish(task)
     assert task.reason == "pitch did not become stiff; roll did not become stiff"
+
+
+def test_does_not_rely_on_what_it_heard_before_it_was_asked(watch: Watch) -> None:
+    watch.bus.inbox += [frame("11C 00")]
+    watch.tick()
+    task = watch.guard.make_stiff(watch.now_ns)
+    watch.tick()
+
+    assert not task.done
 
 
 def test_stops_the_axes_that_are_powered(watch: Watch) -> None:

@@ -22,10 +22,10 @@ ROOT = Path(__file__).resolve().parents[2]
 INTERFACES = tuple(bus.channel for bus in load_robot("icub").buses.values())
 
 
-def demo(can: str, folder: Path) -> None:
+def demo(folder: Path, *options: str) -> None:
     """One `ulna demo reach`, and what must be true of it whatever the machine's speed."""
     report_file = folder / "report.json"
-    command = [sys.executable, "-m", "services.cli.main", "demo", "reach", "--can", can]
+    command = [sys.executable, "-m", "services.cli.main", "demo", "reach", *options]
     command += ["--json", str(report_file), "--plot", str(folder / "reach.png")]
     done = subprocess.run(command, cwd=ROOT, check=False, capture_output=True, text=True)
     report = json.loads(report_file.read_text(encoding="utf-8"))
@@ -41,14 +41,22 @@ def demo(can: str, folder: Path) -> None:
 
 
 def test_demo_reaches_over_zenoh(tmp_path: Path) -> None:
-    demo("zenoh", tmp_path)
+    demo(tmp_path, "--can", "zenoh")
 
 
 @pytest.mark.skipif(
     not interfaces_up(INTERFACES), reason=f"{', '.join(INTERFACES)} are not up on this kernel"
 )
+def test_demo_reaches_over_vcan_in_one_process(tmp_path: Path) -> None:
+    demo(tmp_path, "--can", "socketcan", "--one-process")
+
+
+@pytest.mark.skipif(
+    not interfaces_up(INTERFACES) or os.cpu_count() == 1,
+    reason=f"{', '.join(INTERFACES)} are not up on this kernel, or it has one core only",
+)
 def test_demo_reaches_over_vcan(tmp_path: Path) -> None:
-    demo("socketcan", tmp_path)
+    demo(tmp_path, "--can", "socketcan")
 
 
 def test_demo_without_its_interfaces_says_what_to_do(tmp_path: Path) -> None:

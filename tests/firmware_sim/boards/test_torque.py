@@ -30,6 +30,12 @@ def test_torque_errors_saturate_at_sixteen_bits() -> None:
     assert loop.pid.error == -32768
 
 
+def test_a_desired_torque_saturates_before_it_is_fed_forward() -> None:
+    loop = shoulder()
+    loop.kff = 19
+    assert loop.step(4_000_000, 32767) == 19 * 32767 >> 14
+
+
 def test_the_filter_passes_63_percent_of_a_step_in_its_time_constant() -> None:
     loop = shoulder()
     loop.filter = FILTER_3_HZ
