@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from firmware_sim.rig import Rig
-from hal.buses.bus import FrameBus
+from hal.buses.bus import FrameBus, HostClock
 from hal.buses.memory import MemoryBus, MemoryNetwork
-from hal.buses.socketcan import HostClock, SocketCanBus
+from hal.buses.socketcan import SocketCanBus
 from services.boards import Boards
 from services.cartesian import Cartesian
 from services.core.clock import NS_PER_MS, VirtualClock
