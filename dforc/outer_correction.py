@@ -7,7 +7,7 @@ period
 
 takes that out. A stiff joint has such an integrator on its board, and two of them around one dry
 friction would hunt for ever: so only compliant joints are corrected, and the correction of a joint
-that turns stiff fades out. For the same reason a joint that has come to within half an encoder tick
+that turns stiff fades out. For the same reason a joint that has come to within an encoder tick
 is left alone until it is well away again.
 
 The correction is bounded, and stands still while the estimated external force exceeds a threshold
@@ -37,8 +37,8 @@ class CorrectionParams:
     error_limit_rad: float = 0.05  # a larger error does not correct faster: a released arm springs
     force_on_n: float = 2.0  # freezes above; contact-free estimates stay below 0.6 N
     force_off_n: float = 1.2  # thaws below
-    settle_rad: float = 0.0008  # half a tick of the 12-bit encoders, 0.044 deg: arrived
-    wake_rad: float = 0.0018  # a little over a tick: go on
+    settle_rad: float = 0.0012  # under a tick of the 12-bit encoders, 0.07 deg: arrived
+    wake_rad: float = 0.0030  # two ticks: go on
 
 
 @dataclass(frozen=True, slots=True, eq=False)
