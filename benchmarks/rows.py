@@ -1,6 +1,7 @@
 """What every benchmark prints and writes: rows of name, value, unit, bar and whether it holds."""
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -43,6 +44,14 @@ def publish(title: str, rows: list[Row], json_file: Path | None) -> int:
         table.add_row(row.name, value, row.unit, row.bar, holds)
     Console().print(table)
     if json_file is not None:
-        text = json.dumps({"rows": [asdict(row) for row in rows]}, indent=2)
+        text = json.dumps({"rows": [_plain(row) for row in rows]}, indent=2)
         json_file.write_text(text + "\n", encoding="utf-8")
     return 0 if all(row.holds is not False for row in rows) else 1
+
+
+def _plain(row: Row) -> dict[str, object]:
+    """The row as JSON has it: no infinity, no NaN."""
+    plain = asdict(row)
+    if isinstance(row.value, float) and not math.isfinite(row.value):
+        plain["value"] = None
+    return plain

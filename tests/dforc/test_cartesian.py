@@ -167,18 +167,32 @@ def test_retargeting_changes_no_speed_abruptly(
 
 @pytest.mark.parametrize("seed", range(3))
 def test_correction_takes_out_lag_sag_and_friction(
-    controller: CartesianController,
     solver: InverseKinematics,
     model: RobotModel,
+    limits: JointLimits,
     home: Vector,
     seed: int,
 ) -> None:
+    # Without the band of rest, which is made for the ticks of an encoder; this arm has none.
+    params = CartesianParams(correction=CorrectionParams(settle_rad=0.0, wake_rad=0.0))
+    controller = CartesianController(model, limits, params)
     R, start = model.tip_pose(home)
     goal = start + np.array([-0.05, -0.1, 0.1])
     path = critically_damped(start, goal)
     outputs = follow(controller, solver, home, R, path, FrictionArm(home, seed), 5.0)
     assert max(output.position_error_m for output in outputs[-100:]) < 1e-3
     assert max(output.orientation_error_rad for output in outputs[-100:]) < math.radians(0.5)
+
+
+def test_band_of_rest_costs_less_than_two_millimetres(
+    controller: CartesianController, solver: InverseKinematics, model: RobotModel, home: Vector
+) -> None:
+    R, start = model.tip_pose(home)
+    path = critically_damped(start, start + np.array([-0.05, -0.1, 0.1]))
+    outputs = follow(controller, solver, home, R, path, FrictionArm(home, 0), 5.0)
+    assert max(output.position_error_m for output in outputs[-100:]) < 2e-3
+    at_rest = [output.q_rad for output in outputs[-50:]]
+    assert np.ptp(at_rest, axis=0).max() < 1e-3
 
 
 def test_without_the_correction_friction_stays(
