@@ -1,7 +1,8 @@
 """The command `ulna`: one verb per file in this folder."""
 
 import sys
-from importlib import import_module
+import tomllib
+from importlib import import_module, metadata
 from pathlib import Path
 
 import cyclopts
@@ -17,6 +18,7 @@ USAGE_ERROR = 2
 app = cyclopts.App(
     name="ulna",
     help="Control stack for torque-sensing humanoids: emulated or real boards, CAN, services.",
+    version=lambda: version(),  # looked up when it is asked for
     version_flags=["--version"],
 )
 demo = cyclopts.App(name="demo", help="What the whole stack does, shown.")
@@ -26,6 +28,15 @@ app.command(can)
 app.command(up, name="up")
 demo.command(reach, name="reach")
 can.command(can_up, name="up")
+
+
+def version() -> str:
+    """Of the installed distribution, or of the checkout that runs without being installed."""
+    try:
+        return metadata.version("ulna")
+    except metadata.PackageNotFoundError:
+        project = Path(__file__).resolve().parents[2] / "pyproject.toml"
+        return str(tomllib.loads(project.read_text(encoding="utf-8"))["project"]["version"])
 
 
 def check_one_home() -> None:
