@@ -8,13 +8,12 @@ It is no process of the stack: the demo runs it on an executor of its own, live 
 with a reason when anything it waits for does not come, and in any case asks the robot to come down.
 """
 
-from collections.abc import Callable, Generator
 from dataclasses import dataclass
 
 import numpy as np
 
 from dforc import rotation
-from services.core.service import CallFailed, Inputs, Outputs, Period, Service
+from services.core.service import CallFailed, Period
 from services.limb import limb_model
 from services.messages import (
     FtRequest,
@@ -24,12 +23,12 @@ from services.messages import (
     PushRequest,
     Reply,
     RobotRequest,
-    RobotStatus,
     Vector3,
 )
 from services.reach_record import Recording, Sample
 from services.reach_scene import Scene, draw_scene
 from services.robot_tables import RobotFile
+from services.script import TASK_TIMEOUT_S, AbandonedError, Script, ScriptedService
 from services.streams import (
     CARTESIAN_STATUS,
     DYNAMICS_STATUS,
@@ -46,15 +45,12 @@ PERIOD_S = 0.01
 STATE_AGE_S = 0.1
 OPEN_TIMEOUT_S = 20.0
 CALIBRATION_TIMEOUT_S = 40.0
-TASK_TIMEOUT_S = 15.0
 HOME_S = 2.0
 SETTLE_S = 1.0
 DWELL_S = 1.0  # the bar: inside the bars for this long
 FEEDBACK_SILENCE_S = (
     0.5  # status of the robot, or truth of the plant, missing this long: the stack is broken
 )
-
-Script = Generator[None, None, None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,11 +77,7 @@ class ReachOptions:
     hold_s: float = 1.5  # the errors reported are the largest of the last second of it
 
 
-class AbandonedError(Exception):
-    """The job cannot go on; the text says why."""
-
-
-class Reach(Service):
+class Reach(ScriptedService):
     """Runs the script once; `finished` says when."""
 
     trigger = Period(PERIOD_S)
@@ -100,34 +92,12 @@ class Reach(Service):
         self.recording = Recording(
             robot, options.seed, options.position_bar_m, options.orientation_bar_rad
         )
-        self.progress = "waiting for the boards"
-        self.finished = False
         self.scene: Scene | None = None
         self._goal: Goal | None = None
-        self._now_ns = 0
-        self._inputs: Inputs
-        self._outputs: Outputs
-        self._replies: dict[int, Reply | CallFailed] = {}
-        self._script = self._whole()
+        super().__init__(robot.chain)
 
-    def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
-        """Resume the script where it waits."""
-        self._now_ns, self._inputs, self._outputs = now_ns, inputs, outputs
-        for call in self.calls:
-            self._replies.update(inputs.replies(call))
-        self._record()
-        if not self.finished:
-            try:
-                next(self._script)
-            except StopIteration:
-                self.finished = True
-
-    def interrupt(self, reason: str) -> None:
-        """Break the job off; the robot is brought down."""
-        self._script.close()
-        self._script = self._fail(reason)
-
-    def _whole(self) -> Script:
+    def script(self) -> Script:
+        """The job, and in any case the way down."""
         try:
             yield from self._job()
         except AbandonedError as error:
@@ -147,32 +117,30 @@ class Reach(Service):
             yield from self._push(self._options.push)
 
     def _prepare(self) -> Script:
-        yield from self._until(
-            lambda: self._status().phase in ("idle", "ready"), OPEN_TIMEOUT_S, "boards answer"
+        yield from self.until(
+            lambda: self.status().phase in ("idle", "ready"), OPEN_TIMEOUT_S, "boards answer"
         )
-        yield from self._ask("calibrating the axes", "calibrate", CALIBRATION_TIMEOUT_S)
+        yield from self.ask("calibrating the axes", "calibrate", CALIBRATION_TIMEOUT_S)
         home = tuple(np.radians(self._robot.reach.home_deg).tolist())
-        yield from self._ask("moving home", "move", q_rad=home, duration_s=HOME_S)
+        yield from self.ask("moving home", "move", q_rad=home, duration_s=HOME_S)
         yield from self._wait("settling", SETTLE_S)
-        self._say("removing the offset of the force/torque sensor")
-        yield from self._answered(self._outputs.call(FT_CALL, FtRequest()), "zero_ft")
-        yield from self._until(
-            lambda: (
-                (s := self._inputs.latest(DYNAMICS_STATUS)) is not None and s.state == "running"
-            ),
+        self.say("removing the offset of the force/torque sensor")
+        yield from self.answered(self.outputs.call(FT_CALL, FtRequest()), "zero_ft")
+        yield from self.until(
+            lambda: (s := self.inputs.latest(DYNAMICS_STATUS)) is not None and s.state == "running",
             TASK_TIMEOUT_S,
             "FT offset known",
         )
-        yield from self._ask("position-direct mode", "mode", value="direct")
+        yield from self.ask("position-direct mode", "mode", value="direct")
         if not self._options.stiff:
             compliant = self._robot.reach.compliant
-            yield from self._ask(
+            yield from self.ask(
                 "switching the arm to compliant", "interaction", joints=compliant, value="compliant"
             )
         yield from self._wait("settling", SETTLE_S)
 
     def _go(self) -> Script:
-        hand = self._inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S)
+        hand = self.inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S)
         if hand is None or not hand.q_rad:
             raise AbandonedError("the hand's pose is not known: joint states are missing")
         _, home_m = self._model.tip_pose(np.radians(self._robot.reach.home_deg))
@@ -181,61 +149,61 @@ class Reach(Service):
         )
         kept = hand.hand_rotation_rad
         self._goal = Goal(stamp_ns=0, position_m=self.scene.target_m, rotation_rad=kept)
-        self.recording.begin(self._now_ns, self.scene, rotation.matrix(kept))
-        self._say("reaching")
-        deadline_ns = self._now_ns + round(self._options.timeout_s * 1e9)
+        self.recording.begin(self.now_ns, self.scene, rotation.matrix(kept))
+        self.say("reaching")
+        deadline_ns = self.now_ns + round(self._options.timeout_s * 1e9)
         inside_since_ns: int | None = None
-        while self._now_ns < deadline_ns:
+        while self.now_ns < deadline_ns:
             self._send_scene()
             yield
             self._check()
             if not self.recording.inside():
                 inside_since_ns = None
                 continue
-            inside_since_ns = self._now_ns if inside_since_ns is None else inside_since_ns
-            if self._now_ns - inside_since_ns >= DWELL_S * 1e9:
+            inside_since_ns = self.now_ns if inside_since_ns is None else inside_since_ns
+            if self.now_ns - inside_since_ns >= DWELL_S * 1e9:
                 self.recording.reached_ns = inside_since_ns
                 return
-        self._say("not reached in time")
+        self.say("not reached in time")
 
     def _hold(self) -> Script:
-        self._say("holding")
+        self.say("holding")
         yield from self._for(self._options.hold_s)
-        self.recording.judge(self._now_ns)
+        self.recording.judge(self.now_ns)
 
     def _push(self, push: Push) -> Script:
-        self._say("being pushed")
-        self.recording.push_begin_ns = self._now_ns
+        self.say("being pushed")
+        self.recording.push_begin_ns = self.now_ns
         request = PushRequest(force_n=push.force_n, duration_s=push.duration_s)
-        yield from self._answered(self._outputs.call(PUSH_CALL, request), "push")
+        yield from self.answered(self.outputs.call(PUSH_CALL, request), "push")
         yield from self._for(push.duration_s)
-        self.recording.push_end_ns = self._now_ns
-        self._say("coming back after the push")
+        self.recording.push_end_ns = self.now_ns
+        self.say("coming back after the push")
         yield from self._for(push.recovery_s)
 
     def _come_down(self) -> Script:
-        self._say("coming down")
+        self.say("coming down")
         self.recording.ended = True
         if self._goal is not None:
             self._goal = None
-            self._outputs.put(
+            self.outputs.put(
                 GOAL,
                 Goal(
-                    stamp_ns=self._now_ns,
+                    stamp_ns=self.now_ns,
                     position_m=(0.0,) * 3,
                     rotation_rad=(0.0,) * 3,
                     active=False,
                 ),
             )
-        status = self._inputs.latest(ROBOT_STATUS)
+        status = self.inputs.latest(ROBOT_STATUS)
         if status is None or status.phase in ("opening", "handshake", "configuring", "failed"):
             return
-        token = self._outputs.call(ROBOT_CALL, RobotRequest(action="stop"))
-        deadline_ns = self._now_ns + round(TASK_TIMEOUT_S * 1e9)
-        while self._now_ns < deadline_ns:
+        token = self.outputs.call(ROBOT_CALL, RobotRequest(action="stop"))
+        deadline_ns = self.now_ns + round(TASK_TIMEOUT_S * 1e9)
+        while self.now_ns < deadline_ns:
             yield
-            reply = self._replies.get(token)
-            status = self._inputs.latest(ROBOT_STATUS)
+            reply = self.replies.get(token)
+            status = self.inputs.latest(ROBOT_STATUS)
             if isinstance(reply, CallFailed):
                 return
             if isinstance(reply, Reply) and (
@@ -243,65 +211,13 @@ class Reach(Service):
             ):
                 return
 
-    # what the script is made of
-
-    def _ask(
-        self,
-        what: str,
-        action: str,
-        timeout_s: float = TASK_TIMEOUT_S,
-        *,
-        joints: tuple[str, ...] = (),
-        value: str = "",
-        q_rad: tuple[float, ...] = (),
-        duration_s: float = 0.0,
-    ) -> Script:
-        self._say(what)
-        request = RobotRequest(
-            action=action,
-            joints=joints or self._robot.chain,
-            value=value,
-            q_rad=q_rad,
-            duration_s=duration_s,
-        )
-        token = self._outputs.call(ROBOT_CALL, request)
-        reply = yield from self._answered(token, action)
-        yield from self._until(
-            lambda: self._status().finished_task >= reply.task, timeout_s, f"{action} done"
-        )
-        for number, reason in self._status().failed_tasks:
-            if number == reply.task:
-                raise AbandonedError(reason)
-
-    def _answered(self, token: int, what: str) -> Generator[None, None, Reply]:
-        while token not in self._replies:
-            yield
-        reply = self._replies.pop(token)
-        if isinstance(reply, CallFailed):
-            raise AbandonedError(f"{what}: {reply.reason}")
-        if not reply.ok:
-            raise AbandonedError(f"{what}: refused: {reply.reason}")
-        return reply
-
-    def _until(self, condition: Callable[[], bool], timeout_s: float, what: str) -> Script:
-        deadline_ns = self._now_ns + round(timeout_s * 1e9)
-        while True:
-            if self._inputs.latest(ROBOT_STATUS) is not None:
-                if condition():
-                    return
-                if self._status().phase == "failed":
-                    raise AbandonedError("; ".join(self._status().faults) or "the HAL failed")
-            if self._now_ns >= deadline_ns:
-                raise AbandonedError(f"waited {timeout_s:g} s in vain: {what}{self._faults()}")
-            yield
-
     def _wait(self, what: str, seconds: float) -> Script:
-        self._say(what)
+        self.say(what)
         yield from self._for(seconds)
 
     def _for(self, seconds: float) -> Script:
-        end_ns = self._now_ns + round(seconds * 1e9)
-        while self._now_ns < end_ns:
+        end_ns = self.now_ns + round(seconds * 1e9)
+        while self.now_ns < end_ns:
             if self._goal is not None:
                 self._send_scene()
             yield
@@ -309,25 +225,16 @@ class Reach(Service):
 
     def _check(self) -> None:
         """Stop early when the robot faults or the stack falls silent."""
-        if self._status().fault_count:
-            raise AbandonedError(f"fault{self._faults()}")
+        if self.status().fault_count:
+            raise AbandonedError(f"fault{self.faults()}")
         for stream in (ROBOT_STATUS, PLANT_TRUTH):
-            if self._inputs.age_s(stream) > FEEDBACK_SILENCE_S:
+            if self.inputs.age_s(stream) > FEEDBACK_SILENCE_S:
                 raise AbandonedError(f"{stream.name} has been silent for {FEEDBACK_SILENCE_S} s")
 
-    def _faults(self) -> str:
-        status = self._inputs.latest(ROBOT_STATUS)
-        return ": " + "; ".join(status.faults) if status is not None and status.faults else ""
-
-    def _status(self) -> RobotStatus:
-        status = self._inputs.latest(ROBOT_STATUS)
-        if status is None:
-            raise AbandonedError("no robot/status yet")
-        return status
-
-    def _say(self, what: str) -> None:
-        self.progress = what
-        self.recording.note(self._now_ns, what)
+    def say(self, what: str) -> None:
+        """What it is doing now."""
+        super().say(what)
+        self.recording.note(self.now_ns, what)
 
     def _send_scene(self) -> None:
         """Again and again, so that a field process that starts late knows."""
@@ -336,32 +243,33 @@ class Reach(Service):
         balls: tuple[Obstacle, ...] = ()
         if self.scene.ball_centre_m is not None:
             balls = (Obstacle(self.scene.ball_centre_m, self.scene.ball_radius_m),)
-        self._outputs.put(OBJECTS, Objects(stamp_ns=self._now_ns, obstacles=balls))
-        self._outputs.put(
+        self.outputs.put(OBJECTS, Objects(stamp_ns=self.now_ns, obstacles=balls))
+        self.outputs.put(
             GOAL,
             Goal(
-                stamp_ns=self._now_ns,
+                stamp_ns=self.now_ns,
                 position_m=self._goal.position_m,
                 rotation_rad=self._goal.rotation_rad,
             ),
         )
 
-    def _record(self) -> None:
-        truth = self._inputs.new(PLANT_TRUTH)
-        status = self._inputs.latest(ROBOT_STATUS)
+    def observe(self) -> None:
+        """Keep what this period shows."""
+        truth = self.inputs.new(PLANT_TRUTH)
+        status = self.inputs.latest(ROBOT_STATUS)
         if status is not None:
             self.recording.status = status
             self.recording.torque_loop_ms.extend(
-                [ms for s in self._inputs.all_new(ROBOT_STATUS) for ms in s.torque_loop_ms]
+                [ms for s in self.inputs.all_new(ROBOT_STATUS) for ms in s.torque_loop_ms]
             )
         if truth is None:
             return
         self.recording.add(
             Sample(
-                now_ns=self._now_ns,
+                now_ns=self.now_ns,
                 truth=truth,
-                cartesian=self._inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S),
-                dynamics=self._inputs.fresh(DYNAMICS_STATUS, STATE_AGE_S),
-                all_truths=self._inputs.all_new(PLANT_TRUTH),
+                cartesian=self.inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S),
+                dynamics=self.inputs.fresh(DYNAMICS_STATUS, STATE_AGE_S),
+                all_truths=self.inputs.all_new(PLANT_TRUTH),
             )
         )

@@ -10,7 +10,6 @@ hal.Robot keeps every limit.
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 from hal.buses.bus import FrameBus
 from hal.readings import ForceTorqueSample
@@ -27,6 +26,7 @@ from services.messages import (
     Vector3,
     Wrench,
 )
+from services.rates import Rates
 from services.robot_tables import RobotFile
 from services.streams import (
     IMPEDANCE_OFFSET,
@@ -39,35 +39,9 @@ from services.streams import (
 )
 from services.wiring import parked, robot_description
 
-RATED = ("hal", "wrench", "joint_state")
 STATUS_HZ = 50
 COMMAND_AGE_NS = 100_000_000  # ten control periods: a command older than this is history
 FAILURES_KEPT = 8
-
-
-@dataclass(frozen=True, kw_only=True)
-class Rates:
-    """How often to publish, in Hz."""
-
-    hal_hz: int  # of the service's own step
-    wrench_hz: int
-    joint_state_hz: int
-
-    @classmethod
-    def virtual(cls, robot: RobotFile) -> "Rates":
-        """Those of virtual time."""
-        hal, wrench, state = (robot.rates[name].virtual_hz for name in RATED)
-        return cls(hal_hz=hal, wrench_hz=wrench, joint_state_hz=state)
-
-    @classmethod
-    def live(cls, robot: RobotFile) -> "Rates":
-        """Those of a live stack."""
-        hal, wrench, state = (robot.rates[name].live_hz for name in RATED)
-        return cls(hal_hz=hal, wrench_hz=wrench, joint_state_hz=state)
-
-    def steps_per_message(self, rate_hz: int) -> int:
-        """Steps of the service from one message of a stream to the next."""
-        return max(1, round(self.hal_hz / rate_hz))
 
 
 class RobotService(Service):

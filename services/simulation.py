@@ -21,7 +21,8 @@ from services.emulation import rig_spec
 from services.field import Field
 from services.guard import GuardService
 from services.ik import Ik
-from services.robot import Rates, RobotService
+from services.rates import Rates
+from services.robot import RobotService
 from services.robot_tables import BusTable, RobotFile
 
 
