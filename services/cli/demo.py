@@ -37,7 +37,7 @@ def reach(
     obstacle: Annotated[str, cyclopts.Parameter(allow_leading_hyphen=True)] = "",
     hop_ms: int = 1,
     robot: str = "icub",
-    json_file: Annotated[Path | None, cyclopts.Parameter(name="--json")] = None,
+    json_file: Annotated[Path, cyclopts.Parameter(name="--json")] = Path("reach.json"),
     plot: Path = Path("reach.png"),
 ) -> int:
     """Reach a target around a ball with the right hand, through every layer of the stack.
@@ -57,11 +57,11 @@ def reach(
         obstacle: X,Y,Z,R of the ball in metres.
         hop_ms: virtual milliseconds that a hop between two processes takes.
         robot: name of a folder in robots/, or a robot file.
-        json_file: write the report there.
+        json_file: write the report there, as one JSON object.
         plot: write the figure there.
     """
     console = Console()
-    if virtual and can:
+    if virtual and can not in ("", "memory"):
         raise ConfigError(f"--virtual uses the memory bus; --can {can} is for live runs")
     if one_process and (virtual or can == "zenoh"):
         raise ConfigError("--one-process runs by the wall clock on --can socketcan")
@@ -91,16 +91,15 @@ def reach(
     return conclude(console, outcome, json_file, plot)
 
 
-def conclude(console: Console, outcome: Outcome, json_file: Path | None, plot: Path) -> int:
+def conclude(console: Console, outcome: Outcome, json_file: Path, plot: Path) -> int:
     """Print the table, write the files, and return the exit status."""
     from services.reach_plot import draw
 
     console.print(table(outcome.report))
     draw(outcome.recording, plot)
     console.print(f"plot:   {plot}")
-    if json_file is not None:
-        json_file.write_text(json.dumps(outcome.report, indent=2) + "\n", encoding="utf-8")
-        console.print(f"report: {json_file}")
+    json_file.write_text(json.dumps(outcome.report, indent=2) + "\n", encoding="utf-8")
+    console.print(f"report: {json_file}")
     console.print(verdict(outcome.report))
     return SUCCESS if succeeded(outcome.report) else FAILURE
 
