@@ -8,6 +8,7 @@ Virtual time throughout; the live runs are in benchmarks/live.py, the set-up in 
 import argparse
 import json
 import sys
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from statistics import median
@@ -17,12 +18,14 @@ import numpy as np
 from benchmarks.push import push_rows
 from benchmarks.rows import Row, at_least, at_most, publish
 from dforc.cartesian import CartesianParams
+from dforc.dynamics import Estimate
 from dforc.outer_correction import CorrectionParams
 from services.cartesian import Cartesian
 from services.cli.demo import COMPLIANT_BAR_M, STIFF_BAR_M
 from services.config import load_robot
-from services.core.service import Service
+from services.core.service import Outputs, Service
 from services.dynamics import Dynamics
+from services.messages import Wrench
 from services.reach import ReachOptions
 from services.reach_record import Report
 from services.reach_virtual import Outcome, run_virtual
@@ -31,6 +34,8 @@ from services.robot_tables import RobotFile
 ORIENTATION_BAR_DEG = 1.5
 CLEARANCE_BAR_MM = 5.0
 SPEED_BAR = 4.0
+INNER_LOOP_BAR_US = 80.0
+LATE_NS = 10_000_000
 HOLD_S = 5.0  # a compliant arm slips its last tick into place in 4 s
 REST_S = 0.5  # the last stretch of the hold, in which no joint may move
 REST_BAR_DEG_S = 1.0
@@ -51,6 +56,7 @@ def main() -> int:
     rows += seed_rows(robot, "stiff", seeds, stiff=True)
     rows += repeat_rows(robot)
     rows += slow_hop_rows(robot, range(min(3, len(seeds))))
+    rows += late_rows(robot, range(min(3, len(seeds))))
     rows += push_rows(robot, range(min(3, len(seeds))))
     rows += ablation_rows(robot, range(min(5, len(seeds))))
     return publish("reach, virtual time", rows, arguments.json)
@@ -126,6 +132,18 @@ def bars(name: str, reports: list[Report], position_bar_m: float) -> list[Row]:
             for key in ("limit_violations", "board_faults", "frames_lost")
         ),
         at_least(f"{name}: realtime_factor, median", median(speeds), "x", SPEED_BAR),
+        at_most(
+            f"{name}: inner loop (boards, plant, sensor, memory bus), median",
+            median(_wall(r, "boards_us_p50") for r in reports),
+            "us per ms",
+            INNER_LOOP_BAR_US,
+        ),
+        Row(f"{name}: HAL step, median", median(_wall(r, "robot_us_p50") for r in reports), "us"),
+        Row(
+            f"{name}: torque estimate step, median",
+            median(_wall(r, "dynamics_us_p50") for r in reports),
+            "us",
+        ),
         Row(f"{name}: IK step, median", median(_wall(r, "ik_ms_p50") for r in reports), "ms"),
         Row(f"{name}: IK step, p99", max(_wall(r, "ik_ms_p99") for r in reports), "ms"),
     ]
@@ -190,6 +208,52 @@ def ablation_rows(robot: RobotFile, seeds: Iterable[int]) -> list[Row]:
         bar = f"{low:g} .. {high:g}"
         rows.append(Row(f"{name}, median", value, "mm", bar, low <= value <= high))
     return rows
+
+
+def late_rows(robot: RobotFile, seeds: Iterable[int]) -> list[Row]:
+    """Torques at 100 Hz and 10 ms late."""
+    reports = [
+        run(
+            robot,
+            ReachOptions(seed=seed, hold_s=HOLD_S),
+            "late torques",
+            replaced={"dynamics": Late(robot)},
+        ).report
+        for seed in seeds
+    ]
+    reached = sum(bool(report["reached"]) for report in reports)
+    return [
+        at_least(
+            "torques 10 ms apart, 10 ms late: reached", reached, f"of {len(reports)}", len(reports)
+        ),
+        at_most(
+            "torques 10 ms apart, 10 ms late: position error, largest",
+            max(_values(reports, "position_error_mm")),
+            "mm",
+            COMPLIANT_BAR_M * 1e3,
+        ),
+    ]
+
+
+class Late(Dynamics):
+    """Dynamics whose torques come every 10 ms only, and 10 ms after they were estimated."""
+
+    def __init__(self, robot: RobotFile) -> None:
+        super().__init__(robot)
+        self._waiting: deque[tuple[int, Wrench, Estimate]] = deque()
+        self._due_ns = 0
+
+    def _publish(self, now_ns: int, wrench: Wrench, estimate: Estimate, outputs: Outputs) -> None:
+        self._waiting.append((now_ns, wrench, estimate))
+        if now_ns < self._due_ns:
+            return
+        self._due_ns = now_ns + LATE_NS
+        late = [entry for entry in self._waiting if entry[0] <= now_ns - LATE_NS]
+        if late:
+            _, old_wrench, old_estimate = late[-1]
+            super()._publish(now_ns, old_wrench, old_estimate, outputs)
+            while self._waiting[0][0] < late[-1][0]:
+                self._waiting.popleft()
 
 
 class Weightless(Dynamics):

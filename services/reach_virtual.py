@@ -7,12 +7,14 @@ import numpy as np
 
 from services.core.clock import wall_ns
 from services.core.service import Service
+from services.core.virtual import VirtualExecutor
 from services.reach import Reach, ReachOptions
 from services.reach_record import Recording, Report
 from services.robot_tables import RobotFile
 from services.simulation import Simulation
 
 TICKS_PER_REPORT = 100
+INNER_LOOP = ("boards", "robot", "dynamics")
 LONGEST_S = 150.0  # of virtual time; every wait inside the job is shorter
 
 
@@ -58,8 +60,14 @@ def run_virtual(
         "tick_late_us_p50": None,  # there is no wall clock to be late by
         "tick_late_us_p99": None,
         "realtime_factor": executor.ticks * 1e-3 / elapsed_s,
+        **{f"{name}_us_p50": median_us(executor, name) for name in INNER_LOOP},
     }
     return Outcome(report=report, recording=job.recording)
+
+
+def median_us(executor: VirtualExecutor, name: str) -> float:
+    """Median duration of one service's steps."""
+    return executor.step_times(name).percentiles_ns(50)[0] * 1e-3
 
 
 def torque_loop_percentiles(samples_ms: list[float]) -> tuple[float | None, float | None]:
