@@ -8,14 +8,21 @@ import math
 import numpy as np
 
 from dforc.arrays import ArrayLike, Matrix, Vector
+from dforc.errors import NotFiniteError
 
 SMALL_RAD = 1e-8  # below it, sin(x)/x and its kin are at their limits to rounding
 
 
 def matrix(rotation_rad: ArrayLike) -> Matrix:
-    """Rotation matrix (3, 3) of a rotation vector (3,): Rodrigues' formula."""
+    """Rotation matrix (3, 3) of a rotation vector (3,): Rodrigues' formula.
+
+    Raises:
+        NotFiniteError: NaN or infinity in the vector, or a length beyond any number.
+    """
     x, y, z = (float(c) for c in rotation_rad)
     angle = math.sqrt(x * x + y * y + z * z)
+    if not math.isfinite(angle):
+        raise NotFiniteError(f"rotation vector is not finite: {(x, y, z)}")
     if angle < SMALL_RAD:
         s, c = 1.0, 0.5
     else:

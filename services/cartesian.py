@@ -7,6 +7,8 @@ solutions the plan stops smoothly and holds. What is not finite or out of order 
 counted, and the last target holds.
 """
 
+import math
+
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +34,7 @@ from services.messages import (
     Floats,
     IkSolution,
     JointCommand,
+    JointState,
     Vector3,
     VirtualPoint,
 )
@@ -49,7 +52,7 @@ PERIOD_S = 0.01
 STATE_AGE_S = 0.05
 FORCE_AGE_S = 0.05
 FORGET_AFTER_NS = 500_000_000  # without joint states: the plan no longer fits the arm
-SOLUTION_AGE_S = 0.1  # ten periods without a solution: stop and hold
+SOLUTION_AGE_NS = 100_000_000  # ten periods without a good solution: stop and hold
 POINTS_KEPT = 32
 STATUS_EVERY_STEPS = 2
 DIRECT_MODE = 0x08  # code of position direct, can-protocol 10.1
@@ -74,6 +77,7 @@ class Cartesian(Service):
         self._followed: VirtualPoint | None = None
         self._sequence = -1
         self._measured_ns = 0
+        self._solved_ns = 0
         self._in_direct_mode = False
         self._compliant: list[bool] = []
         self._steps = 0
@@ -92,12 +96,12 @@ class Cartesian(Service):
             del self._points[next(iter(self._points))]
         solution = inputs.new(IK_SOLUTION)
         if solution is not None:
-            self._take_solution(solution)
+            self._take_solution(now_ns, solution)
         joints = self._measured(now_ns, inputs)
         force_n = external_force(inputs.fresh(DYNAMICS_STATUS, FORCE_AGE_S))
         output = None
         if joints is not None and self._in_direct_mode and self._target is not None:
-            silent = inputs.age_s(IK_SOLUTION) > SOLUTION_AGE_S
+            silent = now_ns - self._solved_ns > SOLUTION_AGE_NS
             output = self._control(joints, force_n, None if silent else self._target)
         if output is not None:
             self._command(now_ns, output, outputs)
@@ -124,15 +128,16 @@ class Cartesian(Service):
             return None
         return output
 
-    def _take_solution(self, solution: IkSolution) -> None:
+    def _take_solution(self, now_ns: int, solution: IkSolution) -> None:
         point = self._points.get(solution.sequence)
-        if point is None or not np.isfinite(solution.q_rad).all():
+        if point is None or not self._is_good(solution, point):
             self._refused += 1
             return
         if solution.sequence <= self._sequence < solution.sequence + POINTS_KEPT:
             self._refused += 1
             return
         self._sequence = solution.sequence
+        self._solved_ns = now_ns
         self._solution = solution
         self._followed = point
         q_rad = np.array(solution.q_rad)
@@ -147,10 +152,18 @@ class Cartesian(Service):
             position_m=position, rotation=orientation, q_rad=q_rad, velocity_m_s=velocity
         )
 
+    def _is_good(self, solution: IkSolution, point: VirtualPoint) -> bool:
+        numbers = (*solution.q_rad, *point.position_m, *point.velocity_m_s, *point.rotation_rad)
+        # A sum of squares is finite only if every term is, and no term is beyond squaring.
+        return len(solution.q_rad) == self._model.n and math.isfinite(sum(x * x for x in numbers))
+
     def _measured(self, now_ns: int, inputs: Inputs) -> Floats | None:
         """Angles, or None; a short gap keeps the plan, a mode switch ends it."""
         states = tuple(inputs.fresh(state, STATE_AGE_S) for state in self._states)
         joints = joined(states)
+        if joints is not None and not self._is_posture(joints[0], states):
+            self._refused += 1
+            joints = None
         if joints is None:
             if now_ns - self._measured_ns > FORGET_AFTER_NS:
                 self._state = None
@@ -162,6 +175,12 @@ class Cartesian(Service):
         if not self._in_direct_mode:
             self._state = None
         return joints[0]
+
+    def _is_posture(self, q_rad: Floats, states: tuple[JointState | None, ...]) -> bool:
+        for state in states:
+            if state and not len(state.q_rad) == len(state.compliant) == len(state.control_mode):
+                return False
+        return len(q_rad) == self._model.n and math.isfinite(sum(q * q for q in q_rad))
 
     def _command(self, now_ns: int, output: CartesianOutput, outputs: Outputs) -> None:
         q = split(self._robot, tuple(output.q_rad.tolist()))

@@ -3,6 +3,7 @@
 A wrong one is refused with the file, the key and what would be allowed there.
 """
 
+import math
 import tomllib
 from collections.abc import Mapping
 from functools import cache
@@ -77,6 +78,7 @@ def load_robot(name: str) -> RobotFile:
 
 def parse_robot(raw: Mapping[str, object], path: Path) -> RobotFile:
     """Decode the tables of one file and check what refers to what."""
+    _check_numbers(raw, path, "")
     for section in raw:
         if section not in SECTIONS:
             raise ConfigError(f"{path}: {section}: unknown table; allowed: {', '.join(SECTIONS)}")
@@ -97,12 +99,16 @@ def parse_robot(raw: Mapping[str, object], path: Path) -> RobotFile:
     rows = raw["rows"]
     if not isinstance(rows, list):
         raise ConfigError(f"{path}: rows: expected [[rows]]")
+    try:
+        parts = msgspec.convert(raw["parts"], dict[str, tuple[str, ...]])
+    except msgspec.ValidationError as error:
+        raise ConfigError(f"{path}: parts: each needs a list of joints: {error}") from error
     robot = msgspec.convert(
         {
             "path": path,
             **single,
             **named,
-            "parts": raw["parts"],
+            "parts": parts,
             "rows": tuple(_decode(r, RowTable, path, f"rows[{i}]") for i, r in enumerate(rows)),
         },
         RobotFile,
@@ -121,6 +127,18 @@ def _decode(table: object, kind: type[TABLE], path: Path, key: str) -> TABLE:
         message, _, where = str(error).partition(" - at `$")
         detail = f"{key}{where.rstrip('`')}"
         raise ConfigError(f"{path}: {detail}: {message[:1].lower()}{message[1:]}") from error
+
+
+def _check_numbers(value: object, path: Path, key: str) -> None:
+    """TOML has nan and inf: no comparison would refuse the first."""
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            _check_numbers(inner, path, f"{key}.{name}" if key else name)
+    elif isinstance(value, list):
+        for inner in value:
+            _check_numbers(inner, path, key)
+    elif isinstance(value, float) and not math.isfinite(value):
+        raise ConfigError(f"{path}: {key}: {value} is no finite number")
 
 
 def _check_keys(

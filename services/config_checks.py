@@ -18,8 +18,7 @@ def check_references(robot: RobotFile) -> None:
     _check_addresses(robot)
     for name, sensor in robot.sensors.items():
         _known(robot, f"sensors.{name}.board", sensor.board, robot.boards)
-    for stream in RATED_STREAMS:
-        _known(robot, "rates", stream, robot.rates)
+    _check_rates(robot)
     _check_names(robot)
     for name, joint_table in robot.joints.items():
         _check_joint(robot, name, joint_table)
@@ -27,7 +26,7 @@ def check_references(robot: RobotFile) -> None:
 
 
 def _check_names(robot: RobotFile) -> None:
-    """Names in virtual sensors, couplings, parts and rows."""
+    """Names in virtual sensors, couplings and parts."""
     for name, virtual in robot.virtual_sensors.items():
         _known(robot, f"virtual_sensors.{name}.bus", virtual.bus, robot.buses)
         for joint in virtual.channels:
@@ -37,9 +36,15 @@ def _check_names(robot: RobotFile) -> None:
     for part, joints in robot.parts.items():
         for joint in joints:
             _known(robot, f"parts.{part}", joint, robot.joints)
-    for row in robot.rows:
-        for joint in row.coefficients:
-            _known(robot, f"rows.{row.name}.coefficients", joint, robot.joints)
+
+
+def _check_rates(robot: RobotFile) -> None:
+    for stream in RATED_STREAMS:
+        if stream not in robot.rates:
+            _refuse(robot, f"rates.{stream}", "this table is missing")
+        rate = robot.rates[stream]
+        _within(robot, f"rates.{stream}.virtual_hz", rate.virtual_hz, 1, 1000)
+        _within(robot, f"rates.{stream}.live_hz", rate.live_hz, 1, 1000)
 
 
 def _check_joint(robot: RobotFile, name: str, joint: JointTable) -> None:
@@ -72,9 +77,15 @@ def _check_reach(robot: RobotFile) -> None:
     for part in robot.reach.parts:
         _known(robot, "reach.parts", part, robot.parts)
     _known(robot, "reach.sensor", robot.reach.sensor, robot.sensors)
+    chain = dict.fromkeys(robot.chain)
+    for row in robot.rows:
+        for name in row.coefficients:
+            _known(robot, f"rows.{row.name}.coefficients", name, chain)
+        if not any(row.coefficients.values()):
+            _refuse(robot, f"rows.{row.name}.coefficients", "one must not be 0")
     size = len(robot.chain)
     for joint in robot.reach.compliant:
-        _known(robot, "reach.compliant", joint, dict.fromkeys(robot.chain))
+        _known(robot, "reach.compliant", joint, chain)
     for field in ("home_deg", "park_deg", "rest_deg", "rest_weights"):
         if len(getattr(robot.reach, field)) != size:
             _refuse(
@@ -85,6 +96,10 @@ def _check_reach(robot: RobotFile) -> None:
 
 
 def _check_addresses(robot: RobotFile) -> None:
+    numbers: dict[int, str] = {}
+    for name, bus in robot.buses.items():
+        if numbers.setdefault(bus.number, name) != name:
+            _refuse(robot, f"buses.{name}.number", f"{bus.number} is {numbers[bus.number]}'s")
     taken: dict[tuple[str, int], str] = {}
     for name, board in robot.boards.items():
         for address in range(board.address, board.address + (2 if board.type == "dc4" else 1)):

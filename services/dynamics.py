@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from dforc.dynamics import Estimate, NotAtRestError, OffsetSamples, TorqueEstimator, offset_of
-from dforc.errors import NotFiniteError
+from dforc.errors import DforcError
 from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Service
@@ -93,7 +93,7 @@ class Dynamics(Service):
             return
         try:
             estimate = self._estimator.estimate(q_rad, dq_rad_s, reading, self._offset)
-        except NotFiniteError as error:
+        except DforcError as error:  # not finite, or not the limb's number of joints
             self._refused += 1
             self._reason = str(error)
             return
@@ -140,7 +140,7 @@ class Dynamics(Service):
                 self._samples = None
                 self._reason = f"calibration given up: {error}"
             return
-        except NotFiniteError as error:
+        except DforcError as error:
             self._refused += 1
             self._reason = str(error)
             return

@@ -3,18 +3,24 @@
 Reads   field/goal, field/objects, cartesian/status (the hand, where the point starts)
 Writes  field/virtual_point
 The point starts at the hand when a goal becomes active, and is silent while none is. A goal or an
-obstacle that is not finite is refused and counted; the previous one holds. It needs no feedback:
-the point does not wait for the hand.
+obstacle that is not finite is refused, counted and logged; the previous one holds. Where hand and
+goal make no field the point falls silent, and starts at the hand again. It needs no feedback: the
+point does not wait for the hand.
 """
+
+import logging
 
 import numpy as np
 
 from dforc.errors import DforcError
 from dforc.field import Ellipsoid, FieldParams, PointState, ball, step
 from services.core.live import Context, run_process
+from services.core.log import OncePerSecond
 from services.core.service import Inputs, Outputs, Period, Service
 from services.messages import Goal, Objects, VirtualPoint
 from services.streams import CARTESIAN_STATUS, GOAL, OBJECTS, VIRTUAL_POINT
+
+logger = logging.getLogger(__name__)
 
 PERIOD_S = 0.01  # the papers' sample time
 STATE_AGE_S = 0.1
@@ -34,14 +40,15 @@ class Field(Service):
         self._obstacles: tuple[Ellipsoid, ...] = ()
         self._sequence = 0
         self.refused = 0
+        self._throttle = OncePerSecond()
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
         """Move the point by one period."""
         goal, objects = inputs.new(GOAL), inputs.new(OBJECTS)
         if goal is not None:
-            self._take_goal(goal)
+            self._take_goal(now_ns, goal)
         if objects is not None:
-            self._take_objects(objects)
+            self._take_objects(now_ns, objects)
         if self._goal is None or not self._goal.active:
             self._point = None
             return
@@ -49,9 +56,14 @@ class Field(Service):
             self._point = self._hand(inputs)
             if self._point is None:
                 return
-        self._point = step(
-            self._point, self._goal.position_m, self._obstacles, self._params, PERIOD_S
-        )
+        try:
+            self._point = step(
+                self._point, self._goal.position_m, self._obstacles, self._params, PERIOD_S
+            )
+        except DforcError as error:  # a hand that is none, or a goal beyond all numbers
+            self._refuse(now_ns, str(error))
+            self._point = None
+            return
         self._sequence += 1
         outputs.put(
             VIRTUAL_POINT,
@@ -64,13 +76,13 @@ class Field(Service):
             ),
         )
 
-    def _take_goal(self, goal: Goal) -> None:
+    def _take_goal(self, now_ns: int, goal: Goal) -> None:
         if np.isfinite(goal.position_m + goal.rotation_rad).all():
             self._goal = goal
         else:
-            self.refused += 1
+            self._refuse(now_ns, f"{goal} is not finite")
 
-    def _take_objects(self, objects: Objects) -> None:
+    def _take_objects(self, now_ns: int, objects: Objects) -> None:
         obstacles = tuple(ball(o.centre_m, o.radius_m) for o in objects.obstacles)
         try:  # a field of these obstacles must exist at all
             step(
@@ -80,10 +92,15 @@ class Field(Service):
                 self._params,
                 PERIOD_S,
             )
-        except DforcError:
-            self.refused += 1
+        except DforcError as error:
+            self._refuse(now_ns, str(error))
             return
         self._obstacles = obstacles
+
+    def _refuse(self, now_ns: int, reason: str) -> None:
+        self.refused += 1
+        if self._throttle.allows("refused", now_ns):
+            logger.warning("refused: %s", reason)
 
     def _hand(self, inputs: Inputs) -> PointState | None:
         status = inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S)

@@ -3,13 +3,15 @@
 Reads   robot/status (the HAL's heartbeat)
 Serves  guard/request: stop (stiff, position mode, idle), idle (power off at once)
 It has bus handles of its own, so it works while the robot process hangs or is gone. It acts once
-per silence; when the heartbeat comes back it steps aside.
+per silence, and not at all while it does what it was asked for; when the heartbeat comes back it
+steps aside.
 """
 
 import logging
 from collections.abc import Mapping
 
 from hal.buses.bus import FrameBus
+from hal.errors import DescriptionError
 from hal.guarding import Guard
 from hal.stalls import Stalls
 from hal.tasks import Task
@@ -51,8 +53,9 @@ class GuardService(Service):
         silent = status is not None and self._silence_s(now_ns, inputs) > SILENCE_S
         if status is not None and silent and not self._acted and status.phase not in IDLE_PHASES:
             self._acted = True
-            logger.error("robot process silent for %.0f ms: joints made stiff", SILENCE_S * 1e3)
-            self._running = self._guard.make_stiff(now_ns)
+            if self._running is None or self._running.done:  # a stop makes the joints stiff too
+                logger.error("robot process silent for %.0f ms: joints made stiff", SILENCE_S * 1e3)
+                self._running = self._guard.make_stiff(now_ns)
         elif not silent:
             self._acted = False
         self._guard.step(now_ns)
@@ -69,7 +72,10 @@ class GuardService(Service):
     def _take_up(self, now_ns: int, request: RobotRequest) -> Reply:
         if request.action == "stop":
             request = parked(self._robot, request)
-            self._running = self._guard.stop(now_ns, request.joints, request.q_rad)
+            try:
+                self._running = self._guard.stop(now_ns, request.joints, request.q_rad)
+            except DescriptionError as error:
+                return Reply(ok=False, reason=str(error))
         elif request.action == "idle":
             self._running = self._guard.idle_all(now_ns)
         else:

@@ -4,24 +4,28 @@ Reads   field/virtual_point (trigger), cartesian/status (the posture where the s
 Writes  ik/ik_solution
 Each search starts from the previous answer, and no joint moves by more than a few degrees from one
 answer to the next. A position out of reach gives the nearest feasible posture, and says so. A point
-that is not finite is refused.
+or a posture that is not finite is refused, counted and logged.
 """
 
+import logging
 import math
 
 import numpy as np
 
 from dforc import rotation
 from dforc.arrays import Vector
-from dforc.errors import NotFiniteError
+from dforc.errors import DforcError
 from dforc.ik import IkSettings, InverseKinematics
 from services.config import load_robot
 from services.core.live import Context, run_process
+from services.core.log import OncePerSecond
 from services.core.service import Inputs, Outputs, Service
 from services.limb import limb_limits, limb_model
 from services.messages import IkSolution, VirtualPoint
 from services.robot_tables import RobotFile
 from services.streams import CARTESIAN_STATUS, IK_SOLUTION, VIRTUAL_POINT
+
+logger = logging.getLogger(__name__)
 
 STATE_AGE_S = 0.1
 STEP_LIMIT_RAD = math.radians(5.0)  # per 10 ms; a larger step is a jump to another posture
@@ -46,6 +50,7 @@ class Ik(Service):
         self._answer: Vector | None = None
         self._answered_ns = 0
         self.refused = 0
+        self._throttle = OncePerSecond()
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
         """Answer the newest point; older ones that queued up meanwhile are history."""
@@ -59,8 +64,10 @@ class Ik(Service):
                 return
         try:
             solution = self._solve(now_ns, point, self._answer)
-        except NotFiniteError:
+        except DforcError as error:  # not finite, or a posture or rotation that is none
             self.refused += 1
+            if self._throttle.allows("point", now_ns):
+                logger.warning("point refused: %s", error)
             return
         outputs.put(IK_SOLUTION, solution)
 

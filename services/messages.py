@@ -57,7 +57,7 @@ class ImpedanceOffset(Message, frozen=True, kw_only=True):
 
 
 class JointCommand(Message, frozen=True, kw_only=True):
-    """Set-points of one part. An empty tuple leaves that quantity alone."""
+    """Set-points of one part: the HAL takes the quantity that the mode names."""
 
     mode: str  # direct | velocity | torque
     q_rad: Floats = ()
@@ -112,7 +112,7 @@ class DynamicsStatus(Message, frozen=True, kw_only=True):
     state: str  # waiting | calibrating | running
     samples: int  # of the offset calibration under way
     offset: Floats  # of the FT sensor, N and Nm
-    refused: int  # readings that were not finite, too old, or taken in motion
+    refused: int  # readings that were not finite, or came with joints that were not
     reason: str = ""
     external_force_n: Vector3 = (0.0, 0.0, 0.0)  # on the hand, in the base frame
     external_moment_nm: Vector3 = (0.0, 0.0, 0.0)  # about the hand frame's origin
@@ -134,7 +134,7 @@ class CartesianStatus(Message, frozen=True, kw_only=True):
     point_position_m: Vector3 = NAN3  # the virtual point that is followed
     ik_status: str = ""
     ik_position_error_m: float = math.nan
-    refused: int = 0  # inputs that were not finite or too old
+    refused: int = 0  # inputs that were not finite, out of order or of the wrong length
 
 
 class RobotStatus(Message, frozen=True, kw_only=True):
@@ -155,9 +155,9 @@ class RobotStatus(Message, frozen=True, kw_only=True):
     foreign_frames: int = 0
     busy: bool = False
     refusals: tuple[tuple[str, int], ...] = ()  # by cause
-    finished_task: int = 0  # number of the newest request that has ended
+    finished_task: int = 0  # every request up to this number has ended
     failed_tasks: tuple[tuple[int, str], ...] = ()  # the last ones that failed, and why
-    bus_lost: bool = False
+    clamped: tuple[tuple[str, int], ...] = ()  # sent, but not as given, by cause
 
 
 class PlantTruth(Message, frozen=True, kw_only=True):

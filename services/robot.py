@@ -147,10 +147,10 @@ class RobotService(Service):
         for number, task in list(self._tasks.items()):
             if task.done:
                 del self._tasks[number]
-                self._finished = max(self._finished, number)
                 if not task.ok:
                     self._failures.append((number, f"{task.action}: {task.reason}"))
                     del self._failures[:-FAILURES_KEPT]
+        self._finished = min(self._tasks, default=self._last_task + 1) - 1
 
     def _take_command(
         self, now_ns: int, part: str, joints: list[int], command: JointCommand
@@ -160,6 +160,9 @@ class RobotService(Service):
             return
         if now_ns - command.stamp_ns > COMMAND_AGE_NS:
             self._refusals["command too old"] += 1
+            return
+        if command.stamp_ns - now_ns > COMMAND_AGE_NS:  # taken in, it would shut out all others
+            self._refusals["command from the future"] += 1
             return
         self._newest_command_ns[part] = command.stamp_ns
         if command.mode == "direct":
@@ -205,6 +208,7 @@ class RobotService(Service):
             refusals=tuple(sorted(refusals.items())),
             finished_task=self._finished,
             failed_tasks=tuple(self._failures),
+            clamped=status.clamped,
         )
 
 

@@ -105,11 +105,16 @@ def robot_description(robot: RobotFile) -> RobotDescription:
 
 
 def parked(robot: RobotFile, request: RobotRequest) -> RobotRequest:
-    """A request to stop, with the posture to come down to where it names none."""
-    if request.action != "stop" or request.q_rad:
+    """A request to stop, with the posture to come down to where it names none.
+
+    Joints outside the reaching chain have none: a request that names one stops where it is.
+    """
+    joints = request.joints or robot.chain
+    if request.action != "stop" or request.q_rad or not set(joints) <= set(robot.chain):
         return request
-    park_rad = tuple(np.radians(robot.reach.park_deg).tolist())
-    return msgspec.structs.replace(request, joints=robot.chain, q_rad=park_rad)
+    park_rad = dict(zip(robot.chain, np.radians(robot.reach.park_deg).tolist(), strict=True))
+    posture = tuple(park_rad[joint] for joint in joints)
+    return msgspec.structs.replace(request, joints=joints, q_rad=posture)
 
 
 def firmware_of(robot: RobotFile, board: str) -> tuple[int, int]:

@@ -83,9 +83,12 @@ class LimbStop:
         elif self._ask(ROBOT_CALL, "idle"):
             self._report("idle at once")
             self._wait(MARGIN_S, self._at_rest)
+        else:
+            self._through_guard(presses)
 
     def _through_guard(self, presses: StopRequests) -> None:
-        self._report("the robot process is gone: the guard brings the limbs down")
+        why = "is gone" if self._is_dead("robot") else "does not answer"
+        self._report(f"the robot process {why}: the guard brings the limbs down")
         pressed = presses.count
         if self._ask(GUARD_CALL, "stop"):
             self._wait(BRING_DOWN_S, lambda: presses.count > pressed or self._is_dead("guard"))

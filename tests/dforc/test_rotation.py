@@ -5,6 +5,7 @@ import pytest
 
 from dforc import rotation
 from dforc.arrays import Vector
+from dforc.errors import NotFiniteError
 
 
 def unit_axes() -> list[Vector]:
@@ -45,3 +46,9 @@ def test_error_turns_the_first_orientation_into_the_second() -> None:
     error = rotation.rotation_error(a, b)
     assert rotation.matrix(error) @ a == pytest.approx(b, abs=1e-14)
     assert rotation.angle_between(a, b) == pytest.approx(float(np.linalg.norm(error)))
+
+
+@pytest.mark.parametrize("size_rad", [float("nan"), float("inf"), 1e200])
+def test_vector_that_is_not_finite_is_refused(size_rad: float) -> None:
+    with pytest.raises(NotFiniteError):
+        rotation.matrix((size_rad, 0.0, 0.0))

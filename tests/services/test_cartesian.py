@@ -128,3 +128,52 @@ def test_push_freezes_the_outer_loop(arm: Arm) -> None:
     status = arm.bench.last(CARTESIAN_STATUS)
     assert status.gated
     assert status.external_force_n == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"velocity_m_s": (np.nan, 0.0, 0.0)},
+        {"rotation_rad": (np.inf, 0.0, 0.0)},
+        {"position_m": (1e200, 0.0, 0.0)},
+    ],
+)
+def test_point_that_is_not_finite_is_refused_and_the_last_target_holds(
+    arm: Arm, bad: dict[str, tuple[float, float, float]]
+) -> None:
+    arm.run(0.1, sequence=1)
+    before = len(arm.bench.sent(JOINT_COMMAND["right_arm"]))
+    arm.answer(msgspec.structs.replace(point(arm.robot, (0.0, 0.0, 0.0), 100), **bad))
+    arm.run(0.02)
+    assert arm.bench.last(CARTESIAN_STATUS).refused == 1
+    assert len(arm.bench.sent(JOINT_COMMAND["right_arm"])) == before + 2
+
+
+def test_solutions_that_are_all_refused_stop_the_plan_as_silence_does(arm: Arm) -> None:
+    silent = Arm(arm.robot, arm.states, Bench(Cartesian(arm.robot)))
+    far = point(arm.robot, (-0.1, 0.0, 0.0), 50)
+    for each in (arm, silent):
+        each.run(0.1, sequence=1)
+        each.answer(far)
+        each.run(0.01)
+    for sequence in range(100, 200):
+        arm.answer(point(arm.robot, (0.0, 0.0, 0.0), sequence), nan=True)
+        arm.run(0.01)
+    silent.run(1.0)
+    plan_m = arm.bench.last(CARTESIAN_STATUS).plan_position_m
+    assert plan_m == silent.bench.last(CARTESIAN_STATUS).plan_position_m
+    assert plan_m[0] > far.position_m[0] + 0.01
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [{"q_rad": (np.nan, 0.0, 0.0)}, {"q_rad": (0.0,)}, {"compliant": ()}, {"control_mode": ()}],
+)
+def test_joints_that_are_no_posture_are_refused(arm: Arm, bad: dict[str, tuple[float]]) -> None:
+    arm.run(0.1, sequence=1)
+    before = len(arm.bench.sent(JOINT_COMMAND["right_arm"]))
+    arm.states["torso"] = msgspec.structs.replace(arm.states["torso"], **bad)
+    arm.run(0.02, sequence=20)
+    assert len(arm.bench.sent(JOINT_COMMAND["right_arm"])) == before
+    assert arm.bench.last(CARTESIAN_STATUS).refused > 0
+    assert arm.bench.last(CARTESIAN_STATUS).q_rad == ()

@@ -5,11 +5,13 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from services.config import load_robot, parse_robot, robots_folder
 from services.core.errors import ConfigError
-from services.wiring import joint_limits_deg, robot_description
+from services.messages import RobotRequest
+from services.wiring import joint_limits_deg, parked, robot_description
 
 PATH = Path("robot.toml")
 
@@ -123,3 +125,39 @@ def test_invalid_toml_names_the_file(tmp_path: Path) -> None:
     path.write_text("[robot", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"robot\.toml: not valid TOML"):
         load_robot(str(path))
+
+
+def test_value_that_is_no_number_is_named(raw: dict[str, Any]) -> None:
+    raw["joints"]["r_elbow"]["limits_deg"] = [15.0, float("nan")]
+    assert "joints.r_elbow.limits_deg: nan is no finite number" in refusal(raw)
+
+
+def test_rate_of_zero_is_refused(raw: dict[str, Any]) -> None:
+    raw["rates"]["wrench"]["live_hz"] = 0
+    assert "rates.wrench.live_hz: 0 is outside 1..1000" in refusal(raw)
+
+
+def test_bus_number_used_twice_is_refused(raw: dict[str, Any]) -> None:
+    raw["buses"]["right_arm"]["number"] = 0
+    assert "buses.right_arm.number: 0 is head_torso's" in refusal(raw)
+
+
+def test_part_that_is_no_list_is_refused(raw: dict[str, Any]) -> None:
+    raw["parts"]["torso"] = 3
+    assert "parts: each needs a list of joints" in refusal(raw)
+
+
+def test_row_over_a_joint_outside_the_chain_is_refused(raw: dict[str, Any]) -> None:
+    raw["reach"]["parts"] = ["right_arm"]
+    raw["rows"][0]["coefficients"] = {"torso_yaw": 1.0}
+    assert "rows.cable_1.coefficients: unknown name 'torso_yaw'" in refusal(raw)
+
+
+def test_a_stop_without_a_posture_comes_down_to_the_park_posture() -> None:
+    robot = load_robot("icub")
+    whole = parked(robot, RobotRequest(action="stop"))
+    assert whole.joints == robot.chain
+    assert whole.q_rad == pytest.approx(np.radians(robot.reach.park_deg))
+    elbow = parked(robot, RobotRequest(action="stop", joints=("r_elbow",)))
+    assert elbow.joints == ("r_elbow",)
+    assert elbow.q_rad == (whole.q_rad[robot.chain.index("r_elbow")],)

@@ -1,5 +1,6 @@
 """The dynamics service: nothing before the offset is known, then torques and gravity."""
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -98,3 +99,16 @@ def test_unknown_sensor_is_refused_by_name(bench: Bench) -> None:
     _, reply = bench.replies(FT_CALL)[-1]
     assert not reply.ok
     assert "l_arm_ft" in reply.reason
+
+
+def test_joints_of_the_wrong_number_are_refused(
+    robot: RobotFile, home: dict[str, JointState], bench: Bench
+) -> None:
+    calibrated(robot, bench)
+    before = len(bench.sent(TORQUE_ESTIMATE["right_arm"]))
+    short = msgspec.structs.replace(home["torso"], q_rad=(0.0,), dq_rad_s=(0.0,))
+    bench.put(JOINT_STATE["torso"], short)
+    bench.put(WRENCH[SENSOR], reading(robot))
+    bench.request(FT_CALL, FtRequest(samples=10))
+    bench.put(WRENCH[SENSOR], reading(robot))
+    assert len(bench.sent(TORQUE_ESTIMATE["right_arm"])) == before

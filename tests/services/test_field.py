@@ -1,12 +1,13 @@
 """The field service: where its point starts, how it moves, what it refuses."""
 
+import msgspec
 import numpy as np
 import pytest
 
 from services.core.testing import Bench
 from services.field import Field
 from services.limb import limb_model
-from services.messages import CartesianStatus, Goal, Objects, Obstacle
+from services.messages import NAN3, CartesianStatus, Goal, Objects, Obstacle
 from services.robot_tables import RobotFile
 from services.streams import CARTESIAN_STATUS, GOAL, OBJECTS, VIRTUAL_POINT
 
@@ -92,3 +93,33 @@ def test_falls_silent_when_the_goal_is_withdrawn(
     bench.put(GOAL, goal_at(*NOWHERE, active=False))
     bench.advance(0.2)
     assert len(bench.sent(VIRTUAL_POINT)) == count
+
+
+@pytest.mark.parametrize("far_m", [1e308, -1e308])
+def test_goal_beyond_all_numbers_does_not_end_the_field(
+    bench: Bench,
+    at_home: CartesianStatus,
+    hand_m: tuple[float, float, float],
+    far_m: float,
+) -> None:
+    bench.put(GOAL, goal_at(far_m, far_m, 0.0))
+    bench.advance(0.1)
+    assert isinstance(bench.service, Field)
+    assert bench.service.refused > 0
+    bench.put(CARTESIAN_STATUS, at_home)
+    bench.put(GOAL, goal_at(*hand_m))
+    bench.advance(0.02)
+    assert bench.last(VIRTUAL_POINT).position_m == pytest.approx(hand_m, abs=1e-9)
+
+
+def test_hand_that_is_not_finite_does_not_end_the_field(
+    bench: Bench, at_home: CartesianStatus, hand_m: tuple[float, float, float]
+) -> None:
+    nowhere = msgspec.structs.replace(at_home, hand_position_m=NAN3)
+    bench.put(CARTESIAN_STATUS, nowhere)
+    bench.put(GOAL, goal_at(*hand_m))
+    bench.advance(0.02)
+    assert bench.sent(VIRTUAL_POINT) == []
+    bench.put(CARTESIAN_STATUS, at_home)
+    bench.advance(0.02)
+    assert bench.last(VIRTUAL_POINT).position_m == pytest.approx(hand_m, abs=1e-9)

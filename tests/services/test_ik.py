@@ -1,5 +1,6 @@
 """The IK service: answers, out of reach, and what it refuses."""
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -58,3 +59,27 @@ def test_is_silent_before_the_joints_are_known(robot: RobotFile) -> None:
     bench = Bench(Ik(robot))
     bench.put(VIRTUAL_POINT, point(robot, (0.0, 0.0, 0.0)))
     assert bench.sent(IK_SOLUTION) == []
+
+
+@pytest.mark.parametrize("size_rad", [float("nan"), float("inf"), 1e200, 1e160])
+def test_rotation_that_is_none_is_refused(robot: RobotFile, bench: Bench, size_rad: float) -> None:
+    good = point(robot, (0.0, 0.0, 0.0))
+    bad = msgspec.structs.replace(good, rotation_rad=(size_rad, 0.0, 0.0))
+    bench.put(VIRTUAL_POINT, bad)
+    assert bench.sent(IK_SOLUTION) == []
+    bench.put(VIRTUAL_POINT, good)
+    assert bench.last(IK_SOLUTION).status == "converged"
+
+
+@pytest.mark.parametrize("q_rad", [(0.1,), (float("nan"),) * 10])
+def test_posture_that_is_none_is_refused(
+    robot: RobotFile, at_home: CartesianStatus, q_rad: tuple[float, ...]
+) -> None:
+    bench = Bench(Ik(robot))
+    bench.clock.sleep_until(1_000_000_000)
+    bench.put(CARTESIAN_STATUS, msgspec.structs.replace(at_home, q_rad=q_rad))
+    bench.put(VIRTUAL_POINT, point(robot, (0.0, 0.0, 0.0)))
+    assert bench.sent(IK_SOLUTION) == []
+    bench.put(CARTESIAN_STATUS, at_home)
+    bench.put(VIRTUAL_POINT, point(robot, (0.0, 0.0, 0.0)))
+    assert bench.last(IK_SOLUTION).status == "converged"

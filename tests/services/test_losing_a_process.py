@@ -8,11 +8,14 @@ import pytest
 
 from hal.wire.modes import ControlMode
 from services.boards import Boards
-from services.core.service import Inputs, Outputs, Service
+from services.core.service import Inputs, Outputs, Period, Service
+from services.core.stream import AnyStream
+from services.messages import RobotRequest
 from services.reach import Reach, ReachOptions
 from services.robot import RobotService
 from services.robot_tables import RobotFile
 from services.simulation import Simulation
+from services.streams import GUARD_CALL
 
 HELD_MM = 4.0  # friction and the switch to stiff move the hand by a few millimetres at most
 
@@ -32,6 +35,22 @@ class Mortal(Service):
             self._service.step(now_ns, inputs, outputs)
 
 
+class Supervisor(Service):
+    """Asks the guard to bring the limbs down once it is told to."""
+
+    trigger = Period(0.01)
+    reads: tuple[AnyStream, ...] = ()
+    calls = (GUARD_CALL,)
+
+    def __init__(self) -> None:
+        self.told = False
+
+    def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:  # noqa: ARG002
+        if self.told:
+            self.told = False
+            outputs.call(GUARD_CALL, RobotRequest(action="stop"))
+
+
 @dataclass
 class Holding:
     """A robot that holds its target compliantly, and what it said when it began to."""
@@ -39,6 +58,7 @@ class Holding:
     simulation: Simulation
     mortals: dict[str, Mortal]
     start_m: "np.ndarray[tuple[int], np.dtype[np.float64]]"
+    supervisor: Supervisor
 
     def run(self, seconds: float) -> float:
         """Go on for a while; returns how far the hand is from where it was, in mm."""
@@ -67,10 +87,12 @@ def holding(robot: RobotFile) -> Iterator[Holding]:
         return mortals[name]
 
     job = Reach(robot, ReachOptions(hold_s=100.0))
-    simulation = Simulation(robot, wrapped=mortal, guests={"reach": job})
+    supervisor = Supervisor()
+    guests = {"reach": job, "supervisor": supervisor}
+    simulation = Simulation(robot, wrapped=mortal, guests=guests)
     assert simulation.executor.run(40.0, until=lambda: job.progress == "holding")
     mortals["reach"].alive = False
-    yield Holding(simulation, mortals, np.array(simulation.rig.tip_pose()[0]))
+    yield Holding(simulation, mortals, np.array(simulation.rig.tip_pose()[0]), supervisor)
     simulation.close()
 
 
@@ -100,6 +122,14 @@ def test_without_the_hal_the_guard_makes_the_arm_stiff(holding: Holding) -> None
     holding.run(0.15)
     assert not any(holding.compliant())
     assert holding.run(2.0) < HELD_MM
+    assert holding.simulation.rig.board_faults == 0
+
+
+def test_guard_that_was_asked_to_stop_before_it_noticed_the_silence_stops(holding: Holding) -> None:
+    holding.mortals["robot"].alive = False
+    holding.supervisor.told = True
+    holding.run(4.0)
+    assert holding.modes() == {ControlMode.IDLE}
     assert holding.simulation.rig.board_faults == 0
 
 

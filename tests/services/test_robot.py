@@ -117,6 +117,44 @@ def test_command_that_is_too_old_is_refused_by_name(desk: Desk) -> None:
     assert desk.arm_deg() == pytest.approx(before, abs=0.2)
 
 
+def test_command_from_the_future_is_refused_and_shuts_out_no_other(desk: Desk) -> None:
+    q_rad = tuple(np.radians(desk.arm_deg()))
+    desk.command(age_ns=-3_600_000_000_000, q_rad=q_rad)
+    assert desk.refusals()["command from the future"] == 1
+    desk.command(q_rad=q_rad)
+    assert "command out of order" not in desk.refusals()
+
+
+def test_a_request_is_finished_only_when_those_before_it_are(desk: Desk) -> None:
+    yaw_rad = desk.simulation.rig.q_rad[2] + 0.2
+    desk.ask(RobotRequest(action="mode", value="position"))
+    long = desk.ask(
+        RobotRequest(action="move", joints=("torso_yaw",), q_rad=(yaw_rad,), duration_s=2.0)
+    )
+    short = desk.ask(RobotRequest(action="mode", joints=("r_elbow",), value="direct"))
+    assert long.ok
+    assert short.ok
+    desk.simulation.executor.run(0.5)
+    assert desk.operator.status is not None
+    assert desk.operator.status.finished_task < long.task
+    desk.until(lambda status: status.finished_task >= short.task, 5.0)
+    desk.ask(RobotRequest(action="mode", value="direct"))
+    desk.until(lambda status: not status.busy)
+
+
+def test_command_beyond_a_limit_is_clamped_and_reported(desk: Desk) -> None:
+    before = np.radians(desk.arm_deg())
+    assert desk.operator.status is not None
+    clamped = dict(desk.operator.status.clamped)
+    q = before.copy()
+    q[3] = 10.0
+    desk.command(q_rad=tuple(q.tolist()))
+    assert desk.operator.status is not None
+    assert dict(desk.operator.status.clamped)["position"] > clamped.get("position", 0)
+    desk.command(q_rad=tuple(before.tolist()))
+    desk.simulation.executor.run(1.0)
+
+
 def test_command_in_an_unknown_mode_is_refused_by_name(desk: Desk) -> None:
     desk.command(mode="teleport", q_rad=tuple(np.radians(desk.arm_deg())))
     assert desk.refusals()["unknown command mode 'teleport'"] == 1
