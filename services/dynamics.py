@@ -4,7 +4,7 @@ Reads   wrench of the limb's FT sensor (trigger), joint_state of the limb's part
 Writes  torque_estimate and impedance_offset of the limb's parts, dynamics/status
 Serves  dynamics/zero_ft: remove the sensor's offset (no contact, arm at rest)
 Nothing is published before the offset is known. When the sensor or a joint goes silent, so does the
-estimate: the HAL then makes the limb stiff. The stream does not stop for a later calibration: the
+estimate: the HAL then makes the limb stiff; a saturated sensor counts as silent. The stream does not stop for a later calibration: the
 old offset holds until the new one is complete.
 """
 
@@ -87,7 +87,11 @@ class Dynamics(Service):
     ) -> None:
         q_rad, dq_rad_s = joints
         reading = wrench.force_n + wrench.torque_nm
-        if self._samples is not None and not wrench.saturated:
+        if wrench.saturated:  # the sensor repeats its last good sample: that is no reading
+            self._refused += 1
+            self._reason = "the force/torque sensor is saturated"
+            return
+        if self._samples is not None:
             self._calibrate(q_rad, dq_rad_s, reading)
         if self._offset is None:
             return

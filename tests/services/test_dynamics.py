@@ -112,3 +112,12 @@ def test_joints_of_the_wrong_number_are_refused(
     bench.request(FT_CALL, FtRequest(samples=10))
     bench.put(WRENCH[SENSOR], reading(robot))
     assert len(bench.sent(TORQUE_ESTIMATE["right_arm"])) == before
+
+
+def test_saturated_sensor_gives_no_torque(robot: RobotFile, bench: Bench) -> None:
+    calibrated(robot, bench)
+    before = len(bench.sent(TORQUE_ESTIMATE["right_arm"]))
+    bench.put(WRENCH[SENSOR], msgspec.structs.replace(reading(robot), saturated=True))
+    assert len(bench.sent(TORQUE_ESTIMATE["right_arm"])) == before
+    bench.put(WRENCH[SENSOR], reading(robot))
+    assert len(bench.sent(TORQUE_ESTIMATE["right_arm"])) == before + 1
