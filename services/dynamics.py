@@ -4,8 +4,8 @@ Reads   wrench of the limb's FT sensor (trigger), joint_state of the limb's part
 Writes  torque_estimate and impedance_offset of the limb's parts, dynamics/status
 Serves  dynamics/zero_ft: remove the sensor's offset (no contact, arm at rest)
 Nothing is published before the offset is known. When the sensor or a joint goes silent, so does the
-estimate: the HAL then makes the limb stiff; a saturated sensor counts as silent. The stream does not stop for a later calibration: the
-old offset holds until the new one is complete.
+estimate: the HAL then makes the limb stiff. A saturated sensor counts as silent. The stream does
+not stop for a later calibration: the old offset holds until the new one is complete.
 """
 
 import msgspec
