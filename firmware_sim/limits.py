@@ -1,13 +1,15 @@
 """Counts how often joints are outside their limits, from the moment they may be held to them.
 
-A joint is held to its limits once its board has called it calibrated and it has been inside them:
-before that it may stand anywhere, and calibration against a hard stop leaves them on purpose.
+A joint is held to its limits once its board has called it calibrated and it has come to rest inside
+them: before that it may stand anywhere or still be falling, as an unpowered wrist does, and
+calibration against a hard stop leaves the limits on purpose.
 """
 
 import math
 from collections.abc import Sequence
 
 TOLERANCE_DEG = 0.2
+REST_RAD_S = 0.02
 
 
 class LimitCounter:
@@ -26,12 +28,18 @@ class LimitCounter:
         """True while some joint is not yet held to its limits."""
         return bool(self._waiting)
 
-    def admit(self, q_rad: Sequence[float], calibrated: Sequence[bool]) -> None:
-        """Hold those joints to their limits that are calibrated and inside them."""
+    def admit(
+        self, q_rad: Sequence[float], dq_rad_s: Sequence[float], calibrated: Sequence[bool]
+    ) -> None:
+        """Hold those joints to their limits that are calibrated and at rest inside them."""
         self._waiting = [
             i
             for i in self._waiting
-            if not (calibrated[i] and self._inside[i][0] <= q_rad[i] <= self._inside[i][1])
+            if not (
+                calibrated[i]
+                and abs(dq_rad_s[i]) <= REST_RAD_S
+                and self._inside[i][0] <= q_rad[i] <= self._inside[i][1]
+            )
         ]
 
     def step(self, q_rad: Sequence[float]) -> None:

@@ -61,7 +61,8 @@ class Rig:
         self._move()
         angles = self.plant.q_rad.tolist()
         if self._limits.waiting:
-            self._limits.admit(angles, [axis.calibrated for axis in self._axes])
+            calibrated = [axis.calibrated for axis in self._axes]
+            self._limits.admit(angles, self.plant.dq_rad_s.tolist(), calibrated)
         self._limits.step(angles)
         return sent
 
