@@ -204,8 +204,9 @@ def test_limit_violations_count_what_the_plant_does(make: RigSpec) -> None:
     assert rig.limit_violations == 0  # nobody has calibrated it
     recording(rig, 2, 2).axes[1].calibrated = True
     drive(rig, ELBOW, -760, 300)  # back inside
-    drive(rig, ELBOW, 760, 500)
-    assert 0 < rig.limit_violations < 500
+    drive(rig, ELBOW, 0, 200)  # to rest there
+    drive(rig, ELBOW, 760, 700)
+    assert 0 < rig.limit_violations < 700
 
 
 def test_board_faults_add_up_over_all_axes(make: RigSpec) -> None:
