@@ -203,8 +203,9 @@ def test_limit_violations_count_what_the_plant_does(make: RigSpec) -> None:
     assert np.degrees(rig.q_rad[ELBOW]) > 110.0
     assert rig.limit_violations == 0  # nobody has calibrated it
     recording(rig, 2, 2).axes[1].calibrated = True
-    drive(rig, ELBOW, -760, 300)  # back inside
-    drive(rig, ELBOW, 0, 200)  # to rest there
+    drive(rig, ELBOW, -400, 150)  # back inside
+    drive(rig, ELBOW, 0, 300)  # to rest there
+    assert 15.0 < np.degrees(rig.q_rad[ELBOW]) < 106.0
     drive(rig, ELBOW, 760, 700)
     assert 0 < rig.limit_violations < 700
 
