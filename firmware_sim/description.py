@@ -4,6 +4,7 @@ Plain values handed in by whoever builds a rig; firmware_sim reads no file.
 """
 
 from dataclasses import dataclass
+from typing import Literal
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -17,6 +18,15 @@ class MotorSpec:
     rotor_inertia_kg_m2: float
     coulomb_nm: float  # joint side
     viscous_nms_rad: float  # joint side
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class FingerSpec:
+    """One finger joint that a hand motor's tendon pulls, in the order of the tendon."""
+
+    name: str
+    range_deg: tuple[float, float]  # hard stops; the spring opens it towards the first
+    hall: tuple[int, ...] = ()  # MAIS channels whose Hall sensors see it; same bus as the motor
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -37,6 +47,12 @@ class AxisSpec:
     hard_stop_deg: tuple[float, float] = (-1e9, 1e9)
     limit_deg: tuple[float, float] = (-1e9, 1e9)  # the limits that `limit_violations` is counted on
     start_deg: float = 0.0  # posture at power-up
+    # What it turns. body: a joint of the URDF. single: a joint outside the URDF with an inertia of
+    # its own (eyes, finger abduction). tendon: several finger joints, each with hard stops.
+    mechanism: Literal["body", "single", "tendon"] = "body"
+    inertia_kg_m2: float = 0.0  # single: what turns, joint side, rotor apart
+    fingers: tuple[FingerSpec, ...] = ()  # tendon: what it pulls
+    driven: bool = False  # its board runs elsewhere: POSITION frames say where the joint is
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -45,8 +61,12 @@ class BoardSpec:
 
     bus: int
     address: int
-    type: str  # bll_ie, dc4, strain
+    type: str  # bll, bll_ie, bll_dc, dc4, strain, strain2, mais, mtb, imu
     firmware: tuple[int, int]  # as on the wire: 2.57 is (0x02, 0x57)
+    name: str = ""
+    faithful: bool = True  # quirks of the real firmware; False = the strict reading of the protocol
+    coupled: bool = True  # DELIBERATE: False turns the couplings of motors and joints into identity
+    frame: str = ""  # URDF frame that an inertial sensor (mtb, imu) sits in; empty = none
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
