@@ -9,8 +9,9 @@ import struct
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
 
+from hal.wire import analog_setup
 from hal.wire.can import CLASS_ANALOG_PERIODIC, CLASS_ANALOG_POLLING, HOST, Frame, frame_id
-from hal.wire.layout import Field, Layout, characters, i16, u8, u16
+from hal.wire.layout import Field, Layout, characters, i16, opaque, u8, u16
 from hal.wire.management import FIRMWARE_FIELDS, HOST_PROTOCOL_FIELDS
 from hal.wire.message import Command, PeriodicMessage
 from hal.wire.numbers import round_half_away
@@ -45,12 +46,15 @@ class TareMode(IntEnum):
     VALUE = 2
 
 
-COMMANDS: dict[int, Command] = {}
-"""Every row of class 2 by its code."""
+COMMANDS: dict[int, Command] = dict(analog_setup.COMMANDS)
+"""Every row of class 2 by its code: those below and those of hal/wire/analog_setup.py."""
 
 
 def _row(
-    code: int, name: str, request: Iterable[Field] = (), reply: Iterable[Field] | None = None
+    code: int,
+    name: str,
+    request: Iterable[Field] | Layout = (),
+    reply: Iterable[Field] | None = None,
 ) -> Command:
     command = Command(CLASS_ANALOG_POLLING, code, name, request, reply, order=">")
     COMMANDS[code] = command
@@ -68,6 +72,7 @@ SET_IIR = _row(0x01, "SET_IIR")  # disabled on STRAIN: acknowledged, nothing els
 SET_MATRIX_RC = _row(0x03, "SET_MATRIX_RC", (*_ROW_COLUMN, i16("value", "1/0x8000")))
 SET_CH_DAC = _row(0x04, "SET_CH_DAC", _CHANNEL_WORD)
 SELECT_ACTIVE_CH = _row(0x05, "SELECT_ACTIVE_CH", (u8("channels"),))  # one bit each
+CALIBRATE_OFFSET = _row(0x06, "CALIBRATE_OFFSET", opaque(prefix=True))  # unknown to STRAIN itself
 SET_TXMODE = _row(0x07, "SET_TXMODE", (u8("mode", choices=TxMode),))
 SET_CANDATARATE = _row(0x08, "SET_CANDATARATE", (u8("period", "ms"),))
 SAVE2EE = _row(0x09, "SAVE2EE", (), (u8("ok"),))

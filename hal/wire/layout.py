@@ -47,9 +47,9 @@ def u8(name: str, unit: str = "", choices: Choices | None = None) -> Field:
     return Field(name, "u8", unit, choices)
 
 
-def u16(name: str, unit: str = "") -> Field:
+def u16(name: str, unit: str = "", choices: Choices | None = None) -> Field:
     """Unsigned 16-bit word."""
-    return Field(name, "u16", unit, None, 2)
+    return Field(name, "u16", unit, choices, 2)
 
 
 def i16(name: str, unit: str = "") -> Field:
@@ -148,6 +148,44 @@ def _value_text(field: Field, value: int) -> str:
         return str(value)
     by = "x " if field.unit[0].isdigit() else ""  # 11 x 10 tick/s
     return f"{value} {by}{field.unit}"
+
+
+class OpenLayout(Layout):
+    """Single bytes of which a frame may carry only the first ones, at least `least` of them."""
+
+    __slots__ = ("_prefix", "least")
+
+    def __init__(self, fields: Iterable[Field], *, least: int = 0, prefix: bool = False) -> None:
+        """`fields` are u8; `least` counts fields; `prefix` makes room for byte 0, the code."""
+        super().__init__(fields, prefix=prefix)
+        self._prefix = int(prefix)
+        self.least = least
+        self.pack = self._pack
+        self.unpack = self._unpack
+
+    def parse(self, data: bytes) -> tuple[int, ...] | None:
+        """The bytes that there are; None when they are too few or too many."""
+        if self._prefix + self.least <= len(data) <= self.dlc:
+            return self._unpack(data)
+        return None
+
+    def parse_lenient(self, data: bytes) -> tuple[int, ...]:
+        """The bytes that there are, of a payload of any length."""
+        return self._unpack(data[: self.dlc])
+
+    def _pack(self, *values: int) -> bytes:
+        if not self._prefix + self.least <= len(values) <= self.dlc:
+            raise struct.error("wrong number of bytes")
+        return struct.pack(f"{len(values)}B", *values)
+
+    def _unpack(self, data: bytes) -> tuple[int, ...]:
+        return tuple(data[self._prefix :])
+
+
+def opaque(*, prefix: bool = False) -> OpenLayout:
+    """A payload whose meaning no source tells: kept byte by byte."""
+    size = 8 - int(prefix)
+    return OpenLayout([u8(f"byte{index + int(prefix)}") for index in range(size)], prefix=prefix)
 
 
 class NibblePair(Layout):

@@ -13,6 +13,13 @@ from hal.wire.layout import Field, Layout, WireError
 AXIS_BIT = 0x80
 CODE_MASK = 0x7F
 
+Payload = Iterable[Field] | Layout
+"""Fields behind byte 0, or a layout of its own kind that has room for byte 0."""
+
+
+def _compiled(payload: Payload, order: str) -> Layout:
+    return payload if isinstance(payload, Layout) else Layout(payload, order=order, prefix=True)
+
 
 class PolledMessage:
     """What a command of any polling class is: code, name, a request and maybe a reply."""
@@ -24,8 +31,8 @@ class PolledMessage:
         can_class: int,
         code: int,
         name: str,
-        request: Iterable[Field] = (),
-        reply: Iterable[Field] | None = None,
+        request: Payload = (),
+        reply: Payload | None = None,
         *,
         order: str = "<",
         lenient: bool = False,
@@ -35,8 +42,8 @@ class PolledMessage:
         self.code = code
         self.name = name
         self.lenient = lenient
-        self.request_layout = Layout(request, order=order, prefix=True)
-        self.reply_layout = None if reply is None else Layout(reply, order=order, prefix=True)
+        self.request_layout = _compiled(request, order)
+        self.reply_layout = None if reply is None else _compiled(reply, order)
 
     def parse_request(self, data: bytes) -> tuple[int, ...] | None:
         """Values of a request; None when its length is wrong and the board would drop it."""
@@ -48,9 +55,11 @@ class PolledMessage:
     def parse_reply(self, data: bytes) -> tuple[int, ...] | None:
         """Values of a reply; None when its length is wrong or the command has no reply."""
         layout = self.reply_layout
-        if layout is not None and len(data) == layout.dlc:
+        if layout is None:
+            return None
+        if len(data) == layout.dlc:
             return layout.unpack(data)
-        return None
+        return layout.parse(data)
 
     def _reply_layout(self) -> Layout:
         if self.reply_layout is None:
@@ -68,8 +77,8 @@ class Command(PolledMessage):
         can_class: int,
         code: int,
         name: str,
-        request: Iterable[Field] = (),
-        reply: Iterable[Field] | None = None,
+        request: Payload = (),
+        reply: Payload | None = None,
         *,
         order: str = "<",
     ) -> None:
@@ -101,8 +110,8 @@ class AxisCommand(PolledMessage):
         self,
         code: int,
         name: str,
-        request: Iterable[Field] = (),
-        reply: Iterable[Field] | None = None,
+        request: Payload = (),
+        reply: Payload | None = None,
         *,
         lenient: bool = False,
     ) -> None:
@@ -154,4 +163,4 @@ class PeriodicMessage:
         layout = self.layout
         if len(data) == layout.dlc:
             return layout.unpack(data)
-        return None
+        return layout.parse(data)

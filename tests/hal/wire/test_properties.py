@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hal.wire import analog, management, motor, motor_periodic
 from hal.wire.can import class_of, low_of, source_of
 from hal.wire.frames import describe
-from hal.wire.layout import Field, Layout
+from hal.wire.layout import Field, Layout, OpenLayout
 from hal.wire.message import AxisCommand, Command, PeriodicMessage
 
 RANGES = {
@@ -32,6 +32,9 @@ def _value(field: Field) -> st.SearchStrategy[int]:
 
 
 def _values(layout: Layout) -> st.SearchStrategy[tuple[int, ...]]:
+    if isinstance(layout, OpenLayout):
+        least, most = layout.least, len(layout.fields)
+        return st.lists(st.integers(0, 255), min_size=least, max_size=most).map(tuple)
     return st.tuples(*(_value(field) for field in layout.fields))
 
 

@@ -4,7 +4,7 @@ from types import ModuleType
 
 import pytest
 
-from hal.wire import analog, management, motor, motor_periodic
+from hal.wire import analog, analog_setup, management, motor, motor_periodic
 from hal.wire.layout import NibblePair, WireError
 from hal.wire.message import PeriodicMessage, PolledMessage
 from hal.wire.modes import ControlMode, reported_mode
@@ -57,7 +57,7 @@ def test_motor_lengths_are_those_of_the_sheet() -> None:
     assert lengths == MOTOR_DLC
 
 
-@pytest.mark.parametrize("module", [motor, motor_periodic, analog])
+@pytest.mark.parametrize("module", [motor, motor_periodic, analog, analog_setup])
 def test_constant_has_the_name_of_its_row(module: ModuleType) -> None:
     assert {name: row.name for name, row in _rows(module).items()} == {
         name: name for name in _rows(module)
@@ -66,7 +66,8 @@ def test_constant_has_the_name_of_its_row(module: ModuleType) -> None:
 
 def test_every_command_constant_is_in_the_table_under_its_own_code() -> None:
     assert _codes(motor) == {row.name: code for code, row in motor.COMMANDS.items()}
-    assert _codes(analog) == {row.name: code for code, row in analog.COMMANDS.items()}
+    sensors = _codes(analog) | _codes(analog_setup)
+    assert sensors == {row.name: code for code, row in analog.COMMANDS.items()}
 
 
 def test_mask_bit_is_type_minus_one_up_to_motor_speed() -> None:
