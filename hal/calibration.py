@@ -43,6 +43,8 @@ def _calibrate_axis(axis: Axis) -> Sequence:
         axis.wanted_mode = ControlMode.POSITION
         axis.set_calibrated(False)
         axis.command(motor.SET_PWM_LIMIT, min(calibration.startup_pwm, axis.joint.pwm_limit))
+        # Without power a joint may still fall: caught in motion, it would overshoot its limit.
+        yield from settled(axis)
         axis.command(
             motor.CALIBRATE_ENCODER,
             calibration.type,

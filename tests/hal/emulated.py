@@ -6,7 +6,7 @@ The plant is a first-order one on purpose: it needs no model, and these tests ar
 import math
 from dataclasses import dataclass
 
-import msgspec
+from msgspec.structs import replace
 
 from firmware_sim.description import AxisSpec, BoardSpec, SensorSpec
 from firmware_sim.network import Network
@@ -15,63 +15,37 @@ from hal.description import Calibration, PositionPid, RobotDescription
 from hal.guarding import Guard
 from hal.robot import Robot
 from hal.tasks import Task
-from tests.hal.arm import BUS, DESCRIPTION, TORQUE_PID, compliant_joint, joint
+from tests.hal.arm import BUS, DESCRIPTION, TORQUE_PID
 from tests.hal.scripted import MS
 
 PROSUP_PID = PositionPid(kp=-200, ki=-1, kd=-1000, shift=6, integral_limit=1333, output_limit=1333)
 WRIST_PID = PositionPid(kp=-1000, ki=-1, kd=-10000, shift=7, integral_limit=1333, output_limit=1333)
 
-UPRIGHT_TORQUE_PID = msgspec.structs.replace(TORQUE_PID, kp=76)
+UPRIGHT_TORQUE_PID = replace(TORQUE_PID, kp=76)
 
 JOINTS = (
-    compliant_joint(
-        "pitch",
-        1,
-        0,
-        0,
+    replace(
+        DESCRIPTION.joints[0],
         torque_pid=UPRIGHT_TORQUE_PID,
         calibration=Calibration(type=3, p1=1706.25, p2=100, p3=348.075, startup_pwm=120),
     ),
-    compliant_joint(
-        "roll",
-        1,
-        1,
-        1,
-        zero_deg=37.0,
-        min_deg=0.0,
-        max_deg=161.0,
+    replace(
+        DESCRIPTION.joints[1],
         torque_pid=UPRIGHT_TORQUE_PID,
         calibration=Calibration(type=3, p1=853.13, p2=100, p3=2.275, startup_pwm=120),
     ),
-    joint(
-        "prosup",
-        3,
-        0,
-        ticks_per_deg=-706.67,
-        zero_deg=-74.0,
-        min_deg=-50.0,
-        max_deg=85.0,
-        position_pid=PROSUP_PID,
-        current_limit_ma=1000,
-        pwm_limit=1333,
-        calibration=Calibration(type=0, p1=900, p2=-20, p3=0, startup_pwm=1333, order=2),
-    ),
-    joint(
-        "wrist",
-        4,
-        0,
-        ticks_per_deg=-11.375,
-        zero_deg=-180.0,
-        min_deg=-20.0,
-        max_deg=25.0,
+    replace(DESCRIPTION.joints[2], position_pid=PROSUP_PID, current_limit_ma=1000, pwm_limit=1333),
+    replace(
+        DESCRIPTION.joints[3],
         position_pid=WRIST_PID,
         current_limit_ma=800,
         pwm_limit=1333,
         calibration=Calibration(type=3, p1=2047.5, p2=100, p3=1057.875, startup_pwm=1333, order=1),
     ),
 )
-EMULATED = msgspec.structs.replace(DESCRIPTION, joints=JOINTS)
+EMULATED = replace(DESCRIPTION, joints=JOINTS)
 
+HOME = [math.radians(angle) for angle in (-30.0, 30.0, 0.0, 0.0)]
 START_DEG = (-33.0, 33.0, 72.0, 3.0)
 SPEED_DEG_S = (0.5, 0.5, 0.02, 0.1)  # per PWM count
 HARD_STOP_DEG = ((-100.0, 15.0), (-5.0, 166.0), (-74.0, 74.0), (-30.0, 30.0))
@@ -164,6 +138,13 @@ class Bench:
         """Pass start-up and calibration."""
         self.open()
         task = self.robot.request("calibrate")
+        self.finish(task)
+        assert task.ok, task.reason
+
+    def compliant(self, *joints: str) -> None:
+        """Switch joints to direct mode and make them compliant."""
+        self.finish(self.robot.request("mode", joints, "direct"))
+        task = self.robot.request("interaction", joints, "compliant")
         self.finish(task)
         assert task.ok, task.reason
 

@@ -1,7 +1,6 @@
 """The HAL against emulated boards: whole procedures."""
 
 import math
-from collections.abc import Iterator
 
 import pytest
 
@@ -9,31 +8,10 @@ from hal.robot import Robot
 from hal.wire.modes import ControlMode
 from hal.wire.motor import COMMANDS
 from tests.hal.arm import BUS
-from tests.hal.emulated import EMULATED, Bench
+from tests.hal.emulated import EMULATED, HOME, Bench
 from tests.hal.scripted import MS
 
-HOME = [math.radians(angle) for angle in (-30.0, 30.0, 0.0, 0.0)]
 DIRECT = int(ControlMode.DIRECT)
-
-
-@pytest.fixture
-def bench() -> Iterator[Bench]:
-    bench = Bench()
-    yield bench
-    bench.close()
-
-
-@pytest.fixture
-def ready(bench: Bench) -> Bench:
-    bench.calibrated()
-    return bench
-
-
-def compliant(bench: Bench, *joints: str) -> None:
-    bench.finish(bench.robot.request("mode", joints, "direct"))
-    task = bench.robot.request("interaction", joints, "compliant")
-    bench.finish(task)
-    assert task.ok, task.reason
 
 
 def test_opens_without_a_fault_or_a_lost_frame(bench: Bench) -> None:
@@ -95,10 +73,32 @@ def test_limits_the_pwm_while_calibrating_and_restores_it(bench: Bench) -> None:
     assert [axis.pwm_limit for axis in bench.axes] == [800, 800, 1333, 1333]
 
 
+def test_waits_until_a_falling_joint_stands_still_before_it_calibrates(bench: Bench) -> None:
+    bench.open()
+    task = bench.robot.request("calibrate", ["roll"])
+    for _ in range(700):
+        bench.angles_deg[1] -= 0.05  # 50 deg/s
+        bench.tick()
+    assert not bench.axes[1].enabled
+    bench.finish(task)
+
+    assert task.ok, task.reason
+
+
+def test_powers_a_joint_that_never_stands_still_after_two_seconds(bench: Bench) -> None:
+    bench.open()
+    bench.robot.request("calibrate", ["roll"])
+    for _ in range(2020):
+        bench.angles_deg[1] += 0.05 if bench.now_ns // MS % 20 < 10 else -0.05
+        bench.tick()
+
+    assert bench.axes[1].enabled
+
+
 def test_a_calibration_that_does_not_end_is_given_up_with_the_reason(bench: Bench) -> None:
     bench.open()
     task = bench.robot.request("calibrate")
-    bench.tick(1000)
+    bench.tick(1300)
     bench.axes[2].port.hall_fault = 1
     bench.finish(task, 30_000)
 
@@ -117,7 +117,7 @@ def test_a_second_host_finds_the_boards_calibrated(ready: Bench) -> None:
 
 
 def test_a_second_host_finds_compliant_joints_and_no_board_faults(ready: Bench) -> None:
-    compliant(ready, "roll")
+    ready.compliant("roll")
     ready.robot = Robot(EMULATED, {BUS: ready.buses[1]})
     ready.fed = False
     ready.open()
@@ -171,7 +171,7 @@ def test_stands_still_100_ms_after_the_last_velocity(ready: Bench) -> None:
 
 
 def test_makes_only_the_named_joints_compliant(ready: Bench) -> None:
-    compliant(ready, "roll")
+    ready.compliant("roll")
 
     assert [axis.compliant for axis in ready.axes] == [False, True, False, False]
     assert ready.robot.joints.control_mode[1] == DIRECT
@@ -180,7 +180,7 @@ def test_makes_only_the_named_joints_compliant(ready: Bench) -> None:
 
 def test_the_offset_survives_the_switch(ready: Bench) -> None:
     ready.robot.set_impedance_offsets([0, 1], [1.0, -0.5])
-    compliant(ready, "pitch", "roll")
+    ready.compliant("pitch", "roll")
     ready.tick(5)
 
     assert [axis.impedance.offset for axis in ready.axes[:2]] == [4096, -2048]
@@ -188,14 +188,14 @@ def test_the_offset_survives_the_switch(ready: Bench) -> None:
 
 def test_holds_where_it_is_after_the_switch(ready: Bench) -> None:
     before = list(ready.robot.joints.q_rad)
-    compliant(ready, "pitch", "roll")
+    ready.compliant("pitch", "roll")
     ready.tick(500)
 
     assert ready.robot.joints.q_rad == pytest.approx(before, abs=math.radians(0.2))
 
 
 def test_stop_brings_the_limbs_down_and_switches_them_off(ready: Bench) -> None:
-    compliant(ready, "roll")
+    ready.compliant("roll")
     task = ready.robot.request("stop", q_rad=[*HOME[:2], math.radians(60.0), 0.0])
     began_ns = ready.now_ns
     ready.finish(task, 3100)

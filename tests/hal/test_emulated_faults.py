@@ -1,40 +1,16 @@
 """The HAL against emulated boards that fail, lose power or are spoken to by somebody else."""
 
-import math
-from collections.abc import Iterator
-
 import pytest
 
 from hal.wire.modes import ControlMode
 from tests.hal.arm import BUS
 from tests.hal.emulated import Bench
 
-HOME = [math.radians(angle) for angle in (-30.0, 30.0, 0.0, 0.0)]
 DIRECT = int(ControlMode.DIRECT)
 
 
-@pytest.fixture
-def bench() -> Iterator[Bench]:
-    bench = Bench()
-    yield bench
-    bench.close()
-
-
-@pytest.fixture
-def ready(bench: Bench) -> Bench:
-    bench.calibrated()
-    return bench
-
-
-def compliant(bench: Bench, *joints: str) -> None:
-    bench.finish(bench.robot.request("mode", joints, "direct"))
-    task = bench.robot.request("interaction", joints, "compliant")
-    bench.finish(task)
-    assert task.ok, task.reason
-
-
 def test_late_torques_make_the_limb_stiff_before_the_boards_fault(ready: Bench) -> None:
-    compliant(ready, "pitch", "roll")
+    ready.compliant("pitch", "roll")
     ready.fed = False
     ready.tick(400)
 
@@ -45,7 +21,7 @@ def test_late_torques_make_the_limb_stiff_before_the_boards_fault(ready: Bench) 
 
 
 def test_the_boards_fault_when_the_whole_bus_is_lost(ready: Bench) -> None:
-    compliant(ready, "roll")
+    ready.compliant("roll")
     ready.memory.faults("arm").bus_off = True
     ready.tick(300)
 
@@ -143,7 +119,7 @@ def test_settings_changed_by_another_host_are_written_again(ready: Bench) -> Non
 
 def test_the_guard_makes_the_limb_stiff_when_the_host_hangs(ready: Bench) -> None:
     guard = ready.guard()
-    compliant(ready, "pitch", "roll")
+    ready.compliant("pitch", "roll")
     ready.running = False
     ready.tick(60)
     task = guard.make_stiff(ready.now_ns)
@@ -159,7 +135,7 @@ def test_the_guard_makes_the_limb_stiff_when_the_host_hangs(ready: Bench) -> Non
 
 
 def test_the_guard_brings_the_limb_down(ready: Bench) -> None:
-    compliant(ready, "pitch", "roll")
+    ready.compliant("pitch", "roll")
     ready.running = False
     guard = ready.guard()
     task = guard.stop(ready.now_ns)
