@@ -3,6 +3,8 @@
 services/config.py builds these values from robots/<name>/robot.toml; the HAL never reads a file.
 """
 
+import math
+
 import msgspec
 
 
@@ -87,6 +89,9 @@ class Joint(msgspec.Struct, frozen=True, kw_only=True):
     torque_pid: TorquePid | None = None
     impedance: Impedance | None = None
     torque_source: TorqueSource | None = None
+    max_acceleration_deg_s2: float = math.inf  # of velocity set-points
+    max_torque_rate_nm_s: float = math.inf  # of torque set-points
+    max_duty_rate_percent_s: float = 200.0  # of open-loop set-points
 
 
 class Board(msgspec.Struct, frozen=True, kw_only=True):
@@ -95,9 +100,10 @@ class Board(msgspec.Struct, frozen=True, kw_only=True):
     name: str
     bus: int
     address: int
-    type: str  # a name of hal/registry.py: bll_ie, dc4, strain
+    type: str  # a name of hal/registry.py
     firmware: tuple[int, int]  # as on the wire: 2.57 is (0x02, 0x57)
     broadcast: tuple[int, ...]  # SET_BCAST_POLICY mask per address that the board owns
+    required: bool = True  # without it the robot does not start; else it starts without its axes
 
 
 class ForceTorqueSensor(msgspec.Struct, frozen=True, kw_only=True):
@@ -120,3 +126,4 @@ class RobotDescription(msgspec.Struct, frozen=True, kw_only=True):
     velocity_shift: int = 8  # scale of VELOCITY_MOVE: ticks/ms * 2^shift
     speed_estimate_shift: int = 5  # scale of the VELOCITY broadcast
     velocity_timeout_ms: int = 100
+    allow_missing: bool = False  # start with the boards that are there, as if none were required

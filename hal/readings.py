@@ -61,6 +61,36 @@ class ForceTorqueSample(msgspec.Struct, frozen=True, gc=False):
     channels: tuple[int, ...] = ()  # while saturated: 0 ok, 1 low, 2 high, per channel
 
 
+class BoardReport(msgspec.Struct, frozen=True, kw_only=True):
+    """One board of the robot description as it is found on its bus."""
+
+    name: str
+    bus: int
+    address: int
+    type: str  # expected, a name of hal/registry.py
+    found_type: int | None  # the number that it reports, None while it has never answered
+    firmware: tuple[int, int]  # expected, as on the wire
+    found_firmware: tuple[int, int] | None
+    build: int | None
+    protocol: tuple[int, int] | None
+    state: str  # ok | missing | wrong | silent | restarted | needs calibration
+    reason: str  # why it is not ok, empty when it is
+    since_ns: int  # when it entered that state
+
+
+class BusReport(msgspec.Struct, frozen=True, kw_only=True):
+    """One CAN bus: what passes, and whether it works."""
+
+    number: int
+    state: str  # active | passive | off | nobody acknowledges
+    since_ns: int
+    frames_received: int
+    frames_sent: int
+    frames_lost: int
+    errors: int  # reports of CAN trouble by its boards, and frames that could not be used
+    load_percent: float  # of 1 Mbit/s over the last second, without stuff bits
+
+
 class HalStatus(msgspec.Struct, frozen=True, kw_only=True):
     """Phase, faults and counters. Field names are those of the RobotStatus message."""
 
@@ -80,3 +110,6 @@ class HalStatus(msgspec.Struct, frozen=True, kw_only=True):
     torque_loop_ms: tuple[float, ...]  # samples since the previous status
     foreign_frames: int
     busy: bool
+    boards: tuple[BoardReport, ...] = ()
+    buses: tuple[BusReport, ...] = ()
+    calibration: tuple[tuple[str, str], ...] = ()  # joint, and: done, pending or failed: reason

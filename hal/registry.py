@@ -14,6 +14,8 @@ from hal.errors import DescriptionError
 ENTRY_POINTS = "ulna.hal_boards"
 
 BOARDS = {
+    "bll": "hal.boards.bll:Bll",
+    "bll_dc": "hal.boards.bll_dc:BllDc",
     "bll_ie": "hal.boards.bll_ie:BllIe",
     "dc4": "hal.boards.dc4:Dc4",
     "strain": "hal.boards.strain:Strain",

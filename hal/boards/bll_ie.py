@@ -1,16 +1,9 @@
 """Host side of the BLL_IE board: two brushless axes behind one address."""
 
-from hal.boards.motor import MotorBoard
-from hal.wire.management import BoardType
+from hal.boards.bll import Bll
 
 
-class BllIe(MotorBoard):
-    """Position each 4 ms; speeds in ticks/ms * 2^shift."""
+class BllIe(Bll):
+    """A 2BLL but for the scale of its PWM."""
 
-    type_code = BoardType.BLL
-    addresses = 1
-
-    @classmethod
-    def velocity_count(cls, speed_estimate_shift: int) -> float:
-        """One count in ticks/ms."""
-        return 1.0 / (1 << speed_estimate_shift)
+    full_pwm = 800

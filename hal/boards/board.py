@@ -10,7 +10,7 @@ from hal.line import Line, Trace
 from hal.tasks import Sequence
 from hal.wire.can import Frame
 
-SILENCE_NS = 100_000_000
+SILENCE_NS = 90_000_000  # looked for each 10 ms, so reported within 100 ms
 ANSWER_NS = 100_000_000  # the boards answer in the next millisecond
 TRIES = 5
 NO_ANSWER = "does not answer the handshake"
@@ -19,13 +19,17 @@ Answer = Generator[None, None, tuple[int, ...] | None]
 
 
 class Pulse:
-    """A stream of frames that says that a board lives; `heard_ns` is 0 until its first one."""
+    """A stream of frames that says that a board lives; `heard_ns` is 0 until its first one.
 
-    __slots__ = ("address", "heard_ns", "silent", "what")
+    A board whose frames come more seldom than each 20 ms or so gives a longer `limit_ns`.
+    """
 
-    def __init__(self, address: int, what: str) -> None:
+    __slots__ = ("address", "heard_ns", "limit_ns", "silent", "what")
+
+    def __init__(self, address: int, what: str, limit_ns: int = SILENCE_NS) -> None:
         self.address = address
         self.what = what
+        self.limit_ns = limit_ns
         self.heard_ns = 0
         self.silent = False
 

@@ -9,6 +9,8 @@ class Dc4(MotorBoard):
 
     type_code = BoardType.DC4
     addresses = 2
+    full_pwm = 1333
+    max_current_ma = 1600
 
     @classmethod
     def velocity_count(cls, speed_estimate_shift: int) -> float:  # noqa: ARG003  (not shifted)

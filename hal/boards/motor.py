@@ -31,10 +31,14 @@ class MotorBoard:
     Attributes:
         type_code: what the board reports in the handshake.
         addresses: how many consecutive addresses it owns.
+        full_pwm: PWM count of a bridge that is always on.
+        max_current_ma: largest current limit that the board accepts.
     """
 
     type_code: int
     addresses: int
+    full_pwm: int
+    max_current_ma: int
 
     def __init__(self, parts: Parts) -> None:
         self.board = parts.board

@@ -95,7 +95,7 @@ def test_a_board_that_loses_power_is_named_and_configured_again(ready: Bench) ->
     board.powered = False
     ready.tick(300)
     (fault,) = ready.robot.status().faults
-    assert fault.startswith("board r_shoulder (bus 1, address 1) silent for 0.1")
+    assert fault.startswith("board r_shoulder (bus 1, address 1) silent for 0.09")
     board.power_cycle()
     ready.tick(2500)
 

@@ -18,7 +18,9 @@ def test_finds_every_board_of_the_table() -> None:
 
 
 def test_lists_the_known_types() -> None:
-    with pytest.raises(DescriptionError, match="unknown board type 'ems5'; known: bll_ie, dc4"):
+    with pytest.raises(
+        DescriptionError, match="unknown board type 'ems5'; known: bll, bll_dc, bll_ie, dc4"
+    ):
         board_type("ems5")
 
 

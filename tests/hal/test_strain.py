@@ -103,7 +103,7 @@ def test_reports_a_silent_sensor(script: Script) -> None:
     script.tick(120)
 
     (fault,) = script.robot.status().faults
-    assert fault.startswith("board r_strain (bus 1, address 13) silent for 0.10")
+    assert fault.startswith("board r_strain (bus 1, address 13) silent for 0.09")
 
 
 def test_starts_the_stream_again_when_the_sensor_has_restarted(script: Script) -> None:
