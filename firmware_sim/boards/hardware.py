@@ -33,6 +33,7 @@ class Hardware:
     needs_calibration: bool  # command 9 is refused before calibration
     pulses_stiction: bool  # the position loop has a stiction term
     presets_encoder: bool  # knows SET_ENCODER_POSITION
+    damps_speed: bool = False  # the position loop's D term acts on the speed, not on the error
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -43,6 +44,36 @@ class AxisWiring:
     calibrations: frozenset[CalibrationType] = frozenset({CalibrationType.DIGITAL_ABSOLUTE})
     holds_here: bool = False  # calibration type 3 stays where it is instead of moving to p1
     torque_source: tuple[int, int] | None = None  # virtual sensor address and channel
+    hall: tuple[int, ...] = ()  # MAIS values whose sum is the position; () = the encoder is
+    opposite_limit: int = 0  # of the motor's counts behind calibration 4, for a positive p3
+
+
+Row = tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Coupling:
+    """Motors and encoders of a board that act on several joints (can-protocol 9.4).
+
+    Indices are axes of the board; every sum is cut towards zero.
+    """
+
+    motors: tuple[Row, ...]  # PWM of motor i = sum over j of motors[i][j] * PWM wanted by axis j
+    encoders: tuple[
+        Row, ...
+    ]  # ticks of joint i = sum over j of encoders[i][j] * ticks of encoder j
+    partner_motors: tuple[tuple[float, float], ...]  # added: times the partner board's two duties
+    partner_positions: tuple[tuple[float, float], ...]  # added: times its two joint positions
+    groups: tuple[tuple[int, ...], ...]  # axes enabled, disabled and calibrated together
+
+
+@dataclass(frozen=True, slots=True)
+class PartnerSpec:
+    """The other board of a shoulder, to whose broadcasts a firmware listens."""
+
+    address: int
+    needs_position: bool  # its POSITION frames are watched as its PID_VAL frames are
+    axes: tuple[int, ...]  # own axes that may not move while it is silent
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -51,5 +82,10 @@ class Firmware:
 
     version: tuple[int, int]  # as reported: 2.57 is (0x02, 0x57)
     axes: tuple[AxisWiring, ...]
+    coupling: Coupling
+    partner: PartnerSpec | None = None
+    thumb: tuple[Coupling, Coupling] | None = None  # for negative and positive kp of axis 0
     tolerated_types: frozenset[int] = frozenset()  # of class 3, beside force and torque
+    complains: bool = True  # of other types of class 3, in a print
     position_needs_encoders: bool = False  # no POSITION frame while an absolute encoder fails
+    faithful: bool = True  # False: where the sheet offers a strict reading, that one
