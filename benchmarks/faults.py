@@ -65,7 +65,7 @@ def kill(name: str) -> list[Row]:
     print(f"killing {name} ...", file=sys.stderr, flush=True)
     killer = Killer(name)
     options = ReachOptions(hold_s=30.0, position_bar_m=0.005)
-    outcome = run_live("icub", options, "", lambda _s, _w: None, _say, killer)
+    outcome = run_live("icub:reach", options, "", lambda _s, _w: None, _say, killer)
     failure = str(outcome.report["failure"])
     named = f"{name!r}" in failure
     rows = [

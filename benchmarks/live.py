@@ -48,7 +48,7 @@ def measure(can: str, seeds: int) -> list[Row]:
 
 def interfaces() -> tuple[str, ...]:
     """SocketCAN interfaces of the robot's buses."""
-    return tuple(bus.channel for bus in load_robot("icub").buses.values())
+    return tuple(bus.channel for bus in load_robot("icub:reach").buses.values())
 
 
 def in_guest(seeds: int) -> list[Row]:

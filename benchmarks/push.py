@@ -94,5 +94,5 @@ def _seconds(recording: Recording, instant_ns: int | None) -> float:
 
 
 if __name__ == "__main__":
-    for row in push_rows(load_robot("icub"), range(1)):
+    for row in push_rows(load_robot("icub:reach"), range(1)):
         print(row)

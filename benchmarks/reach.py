@@ -49,7 +49,7 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--short", action="store_true", help="one seed per row")
     arguments = parser.parse_args()
-    robot = load_robot("icub")
+    robot = load_robot("icub:reach")
     seeds = range(1 if arguments.short else arguments.seeds)
     rows: list[Row] = []
     rows += seed_rows(robot, "compliant", seeds, stiff=False)

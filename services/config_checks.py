@@ -6,7 +6,7 @@ from services.core.errors import ConfigError
 from services.robot_tables import JointTable, RobotFile
 
 RATED_STREAMS = ("hal", "wrench", "joint_state", "plant_truth")
-BOARD_AXES = {"bll_ie": 2, "dc4": 4, "strain": 0}
+BOARD_AXES = {"bll": 2, "bll_ie": 2, "bll_dc": 2, "dc4": 4}
 
 
 def check_references(robot: RobotFile) -> None:
@@ -18,6 +18,8 @@ def check_references(robot: RobotFile) -> None:
     _check_addresses(robot)
     for name, sensor in robot.sensors.items():
         _known(robot, f"sensors.{name}.board", sensor.board, robot.boards)
+        if sensor.behind:
+            _known(robot, f"sensors.{name}.behind", sensor.behind, robot.joints)
     _check_rates(robot)
     _check_names(robot)
     for name, joint_table in robot.joints.items():
@@ -26,16 +28,17 @@ def check_references(robot: RobotFile) -> None:
 
 
 def _check_names(robot: RobotFile) -> None:
-    """Names in virtual sensors, couplings and parts."""
+    """Names in virtual sensors, parts and selections."""
     for name, virtual in robot.virtual_sensors.items():
         _known(robot, f"virtual_sensors.{name}.bus", virtual.bus, robot.buses)
         for joint in virtual.channels:
             _known(robot, f"virtual_sensors.{name}.channels", joint, robot.joints)
-    for name, coupling in robot.couplings.items():
-        _known(robot, f"couplings.{name}.board", coupling.board, robot.boards)
     for part, joints in robot.parts.items():
         for joint in joints:
             _known(robot, f"parts.{part}", joint, robot.joints)
+    for name, parts in robot.selections.items():
+        for part in parts:
+            _known(robot, f"selections.{name}", part, dict.fromkeys(robot.groups))
 
 
 def _check_rates(robot: RobotFile) -> None:
@@ -51,13 +54,18 @@ def _check_joint(robot: RobotFile, name: str, joint: JointTable) -> None:
     key = f"joints.{name}"
     _known(robot, f"{key}.board", joint.board, robot.boards)
     _known(robot, f"{key}.motor", joint.motor, robot.motors)
-    axes = BOARD_AXES[robot.boards[joint.board].type]
+    axes = BOARD_AXES.get(robot.boards[joint.board].type, 0)
     _within(robot, f"{key}.axis", joint.axis, 0, axes - 1)
     if joint.ticks_per_deg == 0.0:
         _refuse(robot, f"{key}.ticks_per_deg", "must not be 0")
     if joint.limits_deg[0] >= joint.limits_deg[1]:
         _refuse(robot, f"{key}.limits_deg", f"lower {joint.limits_deg[0]} is not below upper")
+    low, high = joint.limits_deg
+    if not low <= joint.park_deg <= high:
+        _refuse(robot, f"{key}.park_deg", f"{joint.park_deg} is outside {low}..{high}")
     _within(robot, f"{key}.pwm_limit", joint.pwm_limit, 1, 1333)
+    if (joint.mechanism == "tendon") != bool(joint.fingers):
+        _refuse(robot, f"{key}.fingers", "a tendon pulls some, and nothing else does")
     positive = joint.position_pid.kp * joint.ticks_per_deg > 0
     if positive != (joint.motor_polarity > 0):
         _refuse(
@@ -86,7 +94,7 @@ def _check_reach(robot: RobotFile) -> None:
     size = len(robot.chain)
     for joint in robot.reach.compliant:
         _known(robot, "reach.compliant", joint, chain)
-    for field in ("home_deg", "park_deg", "rest_deg", "rest_weights"):
+    for field in ("home_deg", "rest_deg", "rest_weights"):
         if len(getattr(robot.reach, field)) != size:
             _refuse(
                 robot,

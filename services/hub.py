@@ -12,12 +12,12 @@ import sys
 from collections.abc import Sequence
 
 from services.core.errors import ServiceError
-from services.core.live import GRACE_S, robot_name
+from services.core.live import GRACE_S, ROBOT_HELP, robot_name
 from services.core.log import log_to_stderr
 from services.core.loop import alive_key
 from services.core.realtime import die_with_parent, request_scheduling
 from services.core.session import ANY_FREE_PORT, open_hub
-from services.processes import HUB
+from services.processes import DEFAULT_ROBOT, HUB
 
 logger = logging.getLogger(__name__)
 
@@ -27,7 +27,7 @@ STOP_SIGNALS = (signal.SIGTERM, signal.SIGINT)
 def run_hub(arguments: Sequence[str] | None = None) -> int:
     """Route until a stop signal; returns the exit status."""
     parser = argparse.ArgumentParser(prog="python -m services.hub")
-    parser.add_argument("--robot", default="icub", help="name below robots/, or a robot file")
+    parser.add_argument("--robot", default=DEFAULT_ROBOT, help=ROBOT_HELP)
     parser.add_argument(
         "--listen", default=ANY_FREE_PORT, help="endpoint [a free port of the loopback interface]"
     )

@@ -8,8 +8,9 @@ import numpy as np
 from dforc.limits import JointLimits
 from dforc.robot_model import RobotModel
 from services.messages import Floats, JointState
+from services.model_file import urdf_path
 from services.robot_tables import RobotFile
-from services.wiring import chain_limits_rad, chain_rows_rad, urdf_path
+from services.wiring import chain_limits_rad, chain_rows_rad
 
 PLANNER_MARGIN_DEG = 0.5  # beyond the HAL's own margin, so that a plan is never clamped
 

@@ -5,6 +5,9 @@ The rows' order is the order in which things happen at one instant of virtual ti
 
 from dataclasses import dataclass
 
+DEFAULT_ROBOT = "icub:reach"
+"""The limbs that the main job moves; `icub` is the whole robot."""
+
 
 @dataclass(frozen=True, slots=True)
 class Process:
@@ -15,6 +18,7 @@ class Process:
     fifo_priority: int = 0  # SCHED_FIFO where permitted; 0 = ordinary scheduling
     nice: int = 0  # where SCHED_FIFO is not asked for or not permitted
     emulated_only: bool = False  # stands in for hardware: not started on a real robot
+    reaches: bool = False  # needs the reaching limb
     on_can: bool = False  # keeps real time on the buses: started when the others have loaded
 
 
@@ -25,10 +29,10 @@ PROCESSES = (
     Process("boards", "services.boards", fifo_priority=50, emulated_only=True, on_can=True),
     Process("robot", "services.robot", fifo_priority=50, on_can=True),
     Process("guard", "services.guard", fifo_priority=45, on_can=True),
-    Process("dynamics", "services.dynamics", fifo_priority=48),
-    Process("ik", "services.ik", nice=5),
-    Process("cartesian", "services.cartesian"),
-    Process("field", "services.field", nice=5),
+    Process("dynamics", "services.dynamics", fifo_priority=48, reaches=True),
+    Process("ik", "services.ik", nice=5, reaches=True),
+    Process("cartesian", "services.cartesian", reaches=True),
+    Process("field", "services.field", nice=5, reaches=True),
 )
 
 STAGES = 3

@@ -43,7 +43,7 @@ def run_live(
     chosen, reason = choose_can(cast(Can, can) if can else None, interfaces)
     say(f"CAN over {chosen}: {reason}")
     job = Reach(robot_file, options)
-    rows = rows_for(chosen, interfaces)
+    rows = rows_for(robot_file)
     progress(0.0, "starting the processes")
     stats: dict[str, ServiceStats] = {}
     with Stack(robot, can=chosen, seed=options.seed, rows=rows, report=say) as stack:

@@ -7,6 +7,8 @@ import msgspec
 
 from hal.description import Calibration, Impedance, PositionPid, TorquePid
 
+BoardTypeName = Literal["bll", "bll_ie", "bll_dc", "dc4", "strain", "strain2", "mais", "mtb", "imu"]
+
 
 class Strict(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of the file: an unknown key is an error."""
@@ -25,6 +27,7 @@ class BusTable(Strict, frozen=True, kw_only=True):
 
     number: int
     channel: str
+    simulated: bool = True  # boards on it that do not say otherwise are emulated here
 
 
 class BoardTable(Strict, frozen=True, kw_only=True):
@@ -32,9 +35,29 @@ class BoardTable(Strict, frozen=True, kw_only=True):
 
     bus: str
     address: int
-    type: Literal["bll_ie", "dc4", "strain"]
+    type: BoardTypeName
     firmware: str
     broadcast: int = 0x75  # position, status, overflow, prints, velocity
+    part: str = ""  # or a group of its own that a board without motors belongs to
+    frame: str = ""  # URDF link that an inertial sensor sits on
+    period_ms: int = 0  # of what a sensor board sends; 0 = the type's own
+    required: bool = True  # False: the robot starts without it
+    coupled: bool = True  # False: its motors turn one joint each, in firmware and plant
+    faithful: bool = True  # False: emulated without the quirks of the real firmware
+    simulated: bool | None = None  # None: as its bus
+
+
+class SiteBusTable(Strict, frozen=True, kw_only=True):
+    """[buses.<name>] of a site file: one line says where the bus is and whether it is real."""
+
+    channel: str = ""
+    simulated: bool
+
+
+class SiteBoardTable(Strict, frozen=True, kw_only=True):
+    """[boards.<name>] of a site file: a board that is not as its bus."""
+
+    simulated: bool
 
 
 class SensorTable(Strict, frozen=True, kw_only=True):
@@ -42,6 +65,7 @@ class SensorTable(Strict, frozen=True, kw_only=True):
 
     frame: str
     board: str
+    behind: str = ""  # joint behind which the frame is put, where the model has none
     full_scale: tuple[float, float, float, float, float, float]
 
 
@@ -52,13 +76,6 @@ class VirtualSensorTable(Strict, frozen=True, kw_only=True):
     address: int
     full_scale_nm: float
     channels: tuple[str, ...]
-
-
-class CouplingTable(Strict, frozen=True, kw_only=True):
-    """[couplings.<name>]: how the motors of a board turn its joints."""
-
-    board: str
-    kind: Literal["identity"]
 
 
 class Sourced(Strict, frozen=True, kw_only=True):
@@ -80,8 +97,20 @@ class MotorTable(Strict, frozen=True, kw_only=True):
     viscous_nms_rad: Sourced
 
 
+class FingerTable(Strict, frozen=True, kw_only=True):
+    """One finger joint that a hand motor's tendon pulls; `hall` are its channels on the MAIS."""
+
+    name: str
+    range_deg: tuple[float, float]
+    hall: tuple[int, ...]
+
+
 class JointTable(Strict, frozen=True, kw_only=True):
-    """Table [joints.<URDF joint>]."""
+    """Table [joints.<name>]: the URDF's name for a joint of the model.
+
+    mechanism: body = a joint of the model; single = it turns an inertia of its own; tendon = it
+    pulls the `fingers`.
+    """
 
     board: str
     axis: int
@@ -91,16 +120,20 @@ class JointTable(Strict, frozen=True, kw_only=True):
     limit_margin_deg: float
     hard_stops_deg: tuple[float, float]
     power_up_deg: float
+    park_deg: float  # where it is brought to before it is switched off
     max_velocity_deg_s: float
     motor: str
     motor_polarity: Literal[1, -1]
-    encoder: Literal["absolute", "incremental"]
+    encoder: Literal["absolute", "incremental", "hall"]
     current_limit_ma: int
     pwm_limit: int
     position_pid: PositionPid
     calibration: Calibration
     torque_pid: TorquePid | None = None
     impedance: Impedance | None = None
+    mechanism: Literal["body", "single", "tendon"] = "body"
+    inertia_kg_m2: float = 0.0
+    fingers: tuple[FingerTable, ...] = ()
 
 
 class RowTable(Strict, frozen=True, kw_only=True):
@@ -135,7 +168,6 @@ class ReachTable(Strict, frozen=True, kw_only=True):
     sensor: str
     compliant: tuple[str, ...]
     home_deg: tuple[float, ...]
-    park_deg: tuple[float, ...]
     rest_deg: tuple[float, ...]
     rest_weights: tuple[float, ...]
     rest_beta: float
@@ -151,10 +183,10 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True):
     boards: dict[str, BoardTable]
     sensors: dict[str, SensorTable]
     virtual_sensors: dict[str, VirtualSensorTable]
-    couplings: dict[str, CouplingTable]
     motors: dict[str, MotorTable]
     joints: dict[str, JointTable]
     parts: dict[str, tuple[str, ...]]
+    selections: dict[str, tuple[str, ...]]
     rates: dict[str, RateTable]
     host: HostTable
     reach: ReachTable
@@ -164,3 +196,26 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True):
     def chain(self) -> tuple[str, ...]:
         """Joints of the reaching chain, base to tip: the order of every chain vector."""
         return tuple(joint for part in self.reach.parts for joint in self.parts[part])
+
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Parts, and what boards without motors say that they belong to."""
+        named = dict.fromkeys(board.part for board in self.boards.values() if board.part)
+        return tuple(dict.fromkeys((*self.parts, *named)))
+
+    @property
+    def can_reach(self) -> bool:
+        """Whether every part of the reaching chain is among the parts in use."""
+        return set(self.reach.parts) <= set(self.parts)
+
+    def is_simulated(self, board: str) -> bool:
+        """Whether a board is emulated by this stack; else it is on its bus by itself."""
+        table = self.boards[board]
+        return self.buses[table.bus].simulated if table.simulated is None else table.simulated
+
+    def axis_place(self, joint: str) -> tuple[int, int, int]:
+        """Bus number, address and axis (0 or 1) of a joint."""
+        table = self.joints[joint]
+        board = self.boards[table.board]
+        number = self.buses[board.bus].number
+        return number, board.address + table.axis // 2, table.axis % 2

@@ -1,12 +1,9 @@
 """What a robot file means for the HAL and for the numerics.
 
-Descriptions, limits, rows, the model's path.
+Descriptions, limits, rows.
 """
 
 import math
-import xml.etree.ElementTree as ElementTree
-from functools import cache
-from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -15,42 +12,14 @@ from numpy.typing import NDArray
 from hal.description import Board, ForceTorqueSensor, Joint, RobotDescription, TorqueSource
 from services.core.errors import ConfigError
 from services.messages import RobotRequest
+from services.model_file import model_limits_deg, urdf_path
 from services.robot_tables import JointTable, RobotFile
 
 Vector = NDArray[np.float64]
 
 SHOULDER_FIRMWARE = ((1, 50), (2, 50), (1, 57), (2, 57))  # exchange PID_VAL frames on the bus
 BROADCAST_PID_VAL = 0x02
-
-
-@cache
-def urdf_path(urdf: str) -> Path:
-    """File of an icub-models robot, or of a path that ends in .urdf.
-
-    Raises:
-        ConfigError: there is no such model; the known ones are listed.
-    """
-    if urdf.endswith(".urdf"):
-        return Path(urdf)
-    import icub_models
-
-    path = Path(str(icub_models.get_model_file(urdf)))
-    if not path.is_file():
-        known = ", ".join(sorted(icub_models.get_robot_names()))
-        raise ConfigError(f"robot.urdf: no model {urdf!r} in icub-models; known: {known}")
-    return path
-
-
-@cache
-def model_limits_deg(urdf: Path) -> dict[str, tuple[float, float]]:
-    """Position limits of every revolute joint of a URDF."""
-    limits = {}
-    for joint in ElementTree.parse(urdf).getroot().iter("joint"):
-        limit = joint.find("limit")
-        if joint.get("type") == "revolute" and limit is not None:
-            low, high = float(limit.get("lower", "0")), float(limit.get("upper", "0"))
-            limits[str(joint.get("name"))] = (math.degrees(low), math.degrees(high))
-    return limits
+ADDRESSES = {"bll": 1, "bll_ie": 1, "bll_dc": 1, "dc4": 2}  # of boards that broadcast by mask
 
 
 def joint_limits_deg(robot: RobotFile, name: str) -> tuple[float, float]:
@@ -59,6 +28,8 @@ def joint_limits_deg(robot: RobotFile, name: str) -> tuple[float, float]:
     Raises:
         ConfigError: the model has no such joint, or the two do not meet.
     """
+    if robot.joints[name].mechanism != "body":
+        return robot.joints[name].limits_deg
     model = model_limits_deg(urdf_path(robot.robot.urdf))
     if name not in model:
         raise ConfigError(f"{robot.path}: joints.{name}: not a joint of {robot.robot.urdf}")
@@ -105,15 +76,11 @@ def robot_description(robot: RobotFile) -> RobotDescription:
 
 
 def parked(robot: RobotFile, request: RobotRequest) -> RobotRequest:
-    """A request to stop, with the posture to come down to where it names none.
-
-    Joints outside the reaching chain have none: a request that names one stops where it is.
-    """
-    joints = request.joints or robot.chain
-    if request.action != "stop" or request.q_rad or not set(joints) <= set(robot.chain):
+    """A request to stop, with the posture to come down to where it names none."""
+    joints = request.joints or tuple(joint for names in robot.parts.values() for joint in names)
+    if request.action != "stop" or request.q_rad or not set(joints) <= set(robot.joints):
         return request
-    park_rad = dict(zip(robot.chain, np.radians(robot.reach.park_deg).tolist(), strict=True))
-    posture = tuple(park_rad[joint] for joint in joints)
+    posture = tuple(math.radians(robot.joints[joint].park_deg) for joint in joints)
     return msgspec.structs.replace(request, joints=joints, q_rad=posture)
 
 
@@ -127,7 +94,7 @@ def _board(robot: RobotFile, name: str) -> Board:
     table = robot.boards[name]
     mask = table.broadcast
     shoulder = tuple(int(n) for n in table.firmware.split(".")) in SHOULDER_FIRMWARE
-    masks = (mask | (BROADCAST_PID_VAL if shoulder else 0),) * (2 if table.type == "dc4" else 1)
+    masks = (mask | (BROADCAST_PID_VAL if shoulder else 0),) * ADDRESSES.get(table.type, 0)
     return Board(
         name=name,
         bus=robot.buses[table.bus].number,
@@ -140,14 +107,14 @@ def _board(robot: RobotFile, name: str) -> Board:
 
 def _joint(robot: RobotFile, part: str, name: str) -> Joint:
     table = robot.joints[name]
-    board = robot.boards[table.board]
     low, high = joint_limits_deg(robot, name)
+    bus, address, axis = robot.axis_place(name)
     return Joint(
         name=name,
         part=part,
-        bus=robot.buses[board.bus].number,
-        address=board.address + table.axis // 2,
-        axis=table.axis % 2,
+        bus=bus,
+        address=address,
+        axis=axis,
         ticks_per_deg=table.ticks_per_deg,
         zero_deg=table.zero_deg,
         min_deg=low,

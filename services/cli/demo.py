@@ -13,6 +13,7 @@ from rich.table import Table
 from services.config import load_robot
 from services.core.errors import ConfigError
 from services.messages import Vector3
+from services.processes import DEFAULT_ROBOT
 from services.reach import ReachOptions
 from services.reach_live import run_live
 from services.reach_one_process import run_one_process
@@ -36,7 +37,7 @@ def reach(
     target: Annotated[str, cyclopts.Parameter(allow_leading_hyphen=True)] = "",
     obstacle: Annotated[str, cyclopts.Parameter(allow_leading_hyphen=True)] = "",
     hop_ms: int = 1,
-    robot: str = "icub",
+    robot: str = DEFAULT_ROBOT,
     json_file: Annotated[Path, cyclopts.Parameter(name="--json")] = Path("reach.json"),
     plot: Path = Path("reach.png"),
 ) -> int:
@@ -56,7 +57,7 @@ def reach(
         target: X,Y,Z of the hand in metres, base frame (x backwards, y right, z up).
         obstacle: X,Y,Z,R of the ball in metres.
         hop_ms: virtual milliseconds that a hop between two processes takes.
-        robot: name of a folder in robots/, or a robot file.
+        robot: name[:parts][@site] of a robot in robots/, or a robot file.
         json_file: write the report there, as one JSON object.
         plot: write the figure there.
     """

@@ -16,7 +16,8 @@ from services.core.errors import NotReadyError, ProcessDiedError, ServiceError
 from services.core.live import GRACE_S, robot_name
 from services.core.rundir import Claim
 from services.core.stopping import LimbStop, StopRequests
-from services.processes import HUB, PROCESSES, STAGES, Process, stage_of
+from services.processes import DEFAULT_ROBOT, HUB, PROCESSES, STAGES, Process, stage_of
+from services.robot_tables import RobotFile
 
 LOOK_EVERY_NS = 20_000_000
 HUB_START_S = 10.0
@@ -36,7 +37,7 @@ class Stack:
 
     def __init__(
         self,
-        robot: str = "icub",
+        robot: str = DEFAULT_ROBOT,
         *,
         can: Can = "zenoh",
         seed: int = 0,
@@ -192,13 +193,13 @@ class Stack:
             self._claim = None
 
 
-def up(robot: str = "icub", *, can: Can | None = None, seed: int = 0, name: str = "") -> int:
+def up(robot: str = DEFAULT_ROBOT, *, can: Can | None = None, seed: int = 0, name: str = "") -> int:
     """Start the stack, watch it, and stop it with Ctrl-C.
 
     Ctrl-C brings the limbs down and idles them; a second one idles them at once.
 
     Args:
-        robot: name below robots/, or a robot file.
+        robot: name[:parts][@site] of a robot in robots/, or a robot file.
         can: what carries the CAN frames [socketcan where the interfaces are up, else zenoh].
         seed: of the emulated robot's random draws.
         name: tells stacks of one robot apart [the robot's].
@@ -207,10 +208,11 @@ def up(robot: str = "icub", *, can: Can | None = None, seed: int = 0, name: str 
         Exit status: 0 stopped by the user, 1 a process died, 2 could not start.
     """
     try:
-        interfaces = tuple(bus.channel for bus in load_robot(robot).buses.values())
+        robot_file = load_robot(robot)
+        interfaces = tuple(bus.channel for bus in robot_file.buses.values())
         chosen, reason = choose_can(can, interfaces)
         print(f"CAN over {chosen}: {reason}", flush=True)
-        rows = rows_for(chosen, interfaces)
+        rows = rows_for(robot_file)
         stack = Stack(robot, can=chosen, seed=seed, name=name, rows=rows, report=_say)
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.default_int_handler)  # a stop like Ctrl-C
@@ -239,10 +241,14 @@ def choose_can(asked: Can | None, interfaces: Sequence[str]) -> tuple[Can, str]:
     return "zenoh", f"the interfaces are not all up here: {names} (ulna can up makes virtual ones)"
 
 
-def rows_for(can: Can, interfaces: Sequence[str]) -> tuple[Process, ...]:
-    """The processes to start: emulated boards only where no real ones can be."""
-    real = can == "socketcan" and not all(name.startswith("vcan") for name in interfaces)
-    return tuple(row for row in PROCESSES if not (real and row.emulated_only))
+def rows_for(robot: RobotFile) -> tuple[Process, ...]:
+    """The processes to start: boards where some are emulated, controllers where their limb is."""
+    emulated = any(robot.is_simulated(board) for board in robot.boards)
+    return tuple(
+        row
+        for row in PROCESSES
+        if (emulated or not row.emulated_only) and (robot.can_reach or not row.reaches)
+    )
 
 
 def _silent(text: str) -> None:

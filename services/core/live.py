@@ -26,10 +26,11 @@ from services.core.realtime import die_with_parent, freeze_garbage, request_sche
 from services.core.rundir import read_record
 from services.core.service import Service
 from services.core.session import connect, disconnect
-from services.processes import process_row
+from services.processes import DEFAULT_ROBOT, process_row
 
 logger = logging.getLogger(__name__)
 
+ROBOT_HELP = "name[:parts][@site] of a robot in robots/, or a robot file"
 TRANSPORTS = ("zenoh", "socketcan")
 HUB_PATIENCE_S = 10.0  # containers start in any order
 GRACE_S = 5  # from a stop signal to the end of the process, come what may
@@ -173,7 +174,7 @@ def _serve(
 def read_arguments(name: str, arguments: Sequence[str] | None) -> Arguments:
     """Read the command line of a process."""
     parser = argparse.ArgumentParser(prog=f"python -m services.{name}")
-    parser.add_argument("--robot", default="icub", help="name below robots/, or a robot file")
+    parser.add_argument("--robot", default=DEFAULT_ROBOT, help=ROBOT_HELP)
     parser.add_argument(
         "--hub", default="", help="endpoint of the hub, as tcp/127.0.0.1:7447 [the running stack's]"
     )
@@ -191,6 +192,10 @@ def _endpoint_of(given: Arguments) -> str:
     return read_record(given.name or given.robot_name).endpoint
 
 
-def robot_name(robot: str) -> str:
-    """Name of a robot given by name or by the path of its file, robots/<name>/robot.toml."""
+def robot_name(reference: str) -> str:
+    """Name of a robot given by name or by the path of its file, robots/<name>/robot.toml.
+
+    What a reference says of parts and site behind the name is left out.
+    """
+    robot = reference.partition("@")[0].partition(":")[0]
     return Path(robot).resolve().parent.name if robot.endswith(".toml") else robot

@@ -19,7 +19,7 @@ from services.reach_live import run_live
 pytestmark = pytest.mark.live
 
 ROOT = Path(__file__).resolve().parents[2]
-INTERFACES = tuple(bus.channel for bus in load_robot("icub").buses.values())
+INTERFACES = tuple(bus.channel for bus in load_robot("icub:reach").buses.values())
 
 
 def demo(folder: Path, *options: str) -> None:
@@ -78,7 +78,7 @@ def test_a_dead_process_is_named_while_the_arm_holds() -> None:
             os.kill(stack.pids["dynamics"], signal.SIGKILL)
 
     options = ReachOptions(hold_s=30.0, position_bar_m=0.005)
-    report = run_live("icub", options, "zenoh", lambda _s, _w: None, lambda _text: None, kill)
+    report = run_live("icub:reach", options, "zenoh", lambda _s, _w: None, lambda _text: None, kill)
     assert killed
     assert "'dynamics'" in str(report.report["failure"])
     assert "SIGKILL" in str(report.report["failure"])

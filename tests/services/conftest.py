@@ -14,7 +14,7 @@ from tests.services.postures import posture
 
 @pytest.fixture(scope="session")
 def robot() -> RobotFile:
-    return load_robot("icub")
+    return load_robot("icub:reach")
 
 
 @pytest.fixture

@@ -29,7 +29,7 @@ def refusal(raw: dict[str, Any]) -> str:
 
 
 def test_describes_torso_and_right_arm() -> None:
-    description = robot_description(load_robot("icub"))
+    description = robot_description(load_robot("icub:reach"))
     assert [joint.name for joint in description.joints][:4] == [
         "torso_pitch",
         "torso_roll",
@@ -44,24 +44,24 @@ def test_describes_torso_and_right_arm() -> None:
 
 
 def test_firmware_numbers_are_bcd_words() -> None:
-    boards = {board.name: board for board in robot_description(load_robot("icub")).boards}
+    boards = {board.name: board for board in robot_description(load_robot("icub:reach")).boards}
     assert boards["r_elbow"].firmware == (0x02, 0x57)
 
 
 def test_shoulder_boards_broadcast_their_duty() -> None:
-    boards = {board.name: board for board in robot_description(load_robot("icub")).boards}
+    boards = {board.name: board for board in robot_description(load_robot("icub:reach")).boards}
     assert boards["r_shoulder"].broadcast[0] & 0x37 == 0x37
     assert boards["waist"].broadcast[0] & 0x37 == 0x35
 
 
 def test_limits_are_the_intersection_with_the_model() -> None:
-    robot = load_robot("icub")
+    robot = load_robot("icub:reach")
     assert joint_limits_deg(robot, "r_wrist_prosup") == pytest.approx((-50.0, 50.0), abs=1e-3)
     assert joint_limits_deg(robot, "r_elbow") == (15.0, 106.0)
 
 
 def test_torque_max_is_the_virtual_sensor_s_full_scale() -> None:
-    joints = {joint.name: joint for joint in robot_description(load_robot("icub")).joints}
+    joints = {joint.name: joint for joint in robot_description(load_robot("icub:reach")).joints}
     source = joints["r_elbow"].torque_source
     assert source is not None
     assert (source.address, source.channel, source.full_scale_nm) == (12, 3, 8.0)
@@ -91,7 +91,7 @@ def test_wrong_type_is_named(raw: dict[str, Any]) -> None:
     ("table", "key", "value", "expected"),
     [
         ("boards", "type", "bll3", "boards.r_elbow.type"),
-        ("boards", "bus", "left_arm", "allowed: head_torso, right_arm"),
+        ("boards", "bus", "pelvis", "allowed: head_torso, left_arm"),
         ("boards", "address", 15, "15 is outside 1..14"),
         ("boards", "address", 4, "r_forearm"),
         ("boards", "firmware", "two", "major.minor"),
@@ -154,10 +154,10 @@ def test_row_over_a_joint_outside_the_chain_is_refused(raw: dict[str, Any]) -> N
 
 
 def test_a_stop_without_a_posture_comes_down_to_the_park_posture() -> None:
-    robot = load_robot("icub")
+    robot = load_robot("icub:reach")
     whole = parked(robot, RobotRequest(action="stop"))
     assert whole.joints == robot.chain
-    assert whole.q_rad == pytest.approx(np.radians(robot.reach.park_deg))
+    assert whole.q_rad == pytest.approx(np.radians([0, 0, 0, -10, 30, 0, 20, 0, 0, 0]))
     elbow = parked(robot, RobotRequest(action="stop", joints=("r_elbow",)))
     assert elbow.joints == ("r_elbow",)
     assert elbow.q_rad == (whole.q_rad[robot.chain.index("r_elbow")],)

@@ -2,10 +2,10 @@ import pytest
 
 from services.cli import up
 from services.cli.can import commands_for
+from services.config import load_robot
 from services.processes import HUB, PROCESSES, STAGES, stage_of
 
 VIRTUAL = ("vcan0", "vcan2")
-REAL = ("can0", "can2")
 
 
 def test_what_the_user_asks_for_is_taken() -> None:
@@ -23,12 +23,16 @@ def test_socketcan_is_the_default_where_the_interfaces_are_up(
     assert "vcan0, vcan2" in reason
 
 
-def test_emulated_boards_run_unless_the_interfaces_are_real() -> None:
-    assert up.rows_for("zenoh", REAL) == PROCESSES
-    assert up.rows_for("socketcan", VIRTUAL) == PROCESSES
-    names = [row.name for row in up.rows_for("socketcan", REAL)]
+def test_emulated_boards_run_where_the_site_has_some() -> None:
+    assert up.rows_for(load_robot("icub:reach")) == PROCESSES
+    names = [row.name for row in up.rows_for(load_robot("icub:reach@real"))]
     assert "boards" not in names
     assert "robot" in names
+
+
+def test_controllers_of_the_reaching_limb_run_only_where_it_is() -> None:
+    names = [row.name for row in up.rows_for(load_robot("icub:lower_body"))]
+    assert names == ["hub", "boards", "robot", "guard"]
 
 
 def test_the_table_names_every_process_once_and_the_hub_first() -> None:
