@@ -74,7 +74,12 @@ def pad(size_bytes: int) -> Field:
 
 def characters(count: int) -> tuple[Field, ...]:
     """Text, one unsigned byte per character; unused characters are zero."""
-    return tuple(u8(f"character{index}") for index in range(count))
+    return numbered("character", count)
+
+
+def numbered(name: str, count: int, first: int = 0) -> tuple[Field, ...]:
+    """Bytes that differ by a number behind their name."""
+    return tuple(u8(f"{name}{index}") for index in range(first, first + count))
 
 
 class Layout:
@@ -129,6 +134,13 @@ class Layout:
                 return WireError(f"{name}: {field.name} = {value!r} does not fit {field.kind}")
         return WireError(f"{name}: code or axis does not fit byte 0")
 
+    def bits(self) -> list[tuple[Field, int, int]]:
+        """Each field with its first bit and its size in bits; bit 0 of byte n is bit 8 n."""
+        return [
+            (field, 8 * offset, 8 * field.size_bytes)
+            for field, offset in zip(self.fields, self.offsets, strict=True)
+        ]
+
     def text(self, values: tuple[int, ...]) -> str:
         """The values by name, with units and the names of codes."""
         return ", ".join(
@@ -153,11 +165,19 @@ def _value_text(field: Field, value: int) -> str:
 class OpenLayout(Layout):
     """Single bytes of which a frame may carry only the first ones, at least `least` of them."""
 
-    __slots__ = ("_prefix", "least")
+    __slots__ = ("_prefix", "is_opaque", "least")
 
-    def __init__(self, fields: Iterable[Field], *, least: int = 0, prefix: bool = False) -> None:
+    def __init__(
+        self,
+        fields: Iterable[Field],
+        *,
+        least: int = 0,
+        prefix: bool = False,
+        is_opaque: bool = False,
+    ) -> None:
         """`fields` are u8; `least` counts fields; `prefix` makes room for byte 0, the code."""
         super().__init__(fields, prefix=prefix)
+        self.is_opaque = is_opaque  # names of its bytes say nothing
         self._prefix = int(prefix)
         self.least = least
         self.pack = self._pack
@@ -173,6 +193,14 @@ class OpenLayout(Layout):
         """The bytes that there are, of a payload of any length."""
         return self._unpack(data[: self.dlc])
 
+    def refusal(self, name: str, values: tuple[int, ...]) -> WireError:
+        """The error that names the first byte that does not fit."""
+        if not self.least <= len(values) <= len(self.fields):
+            most = len(self.fields)
+            return WireError(f"{name} carries {self.least} to {most} bytes; got {len(values)}")
+        padded = (*values, *(0,) * (len(self.fields) - len(values)))
+        return super().refusal(name, padded)
+
     def _pack(self, *values: int) -> bytes:
         if not self._prefix + self.least <= len(values) <= self.dlc:
             raise struct.error("wrong number of bytes")
@@ -184,8 +212,8 @@ class OpenLayout(Layout):
 
 def opaque(*, prefix: bool = False) -> OpenLayout:
     """A payload whose meaning no source tells: kept byte by byte."""
-    size = 8 - int(prefix)
-    return OpenLayout([u8(f"byte{index + int(prefix)}") for index in range(size)], prefix=prefix)
+    fields = numbered("byte", 8 - prefix, first=int(prefix))
+    return OpenLayout(fields, prefix=prefix, is_opaque=True)
 
 
 class NibblePair(Layout):
@@ -200,6 +228,11 @@ class NibblePair(Layout):
         self.offsets = (0, 0)
         self.pack = _pack_nibbles
         self.unpack = _unpack_nibbles
+
+    def bits(self) -> list[tuple[Field, int, int]]:
+        """The low half, then the high half."""
+        low, high = self.fields
+        return [(low, 0, 4), (high, 4, 4)]
 
 
 def _pack_nibbles(low: int, high: int) -> bytes:

@@ -50,7 +50,7 @@ class PolledMessage:
         layout = self.request_layout
         if len(data) == layout.dlc:
             return layout.unpack(data)
-        return layout.parse_lenient(data) if self.lenient else None
+        return layout.parse_lenient(data) if self.lenient else layout.parse(data)
 
     def parse_reply(self, data: bytes) -> tuple[int, ...] | None:
         """Values of a reply; None when its length is wrong or the command has no reply."""

@@ -6,8 +6,8 @@ address owns.
 
 from enum import IntFlag
 
-from hal.wire.can import CLASS_MOTOR_PERIODIC, Frame
-from hal.wire.layout import Field, Layout, NibblePair, characters, i16, i32, pad, u4, u8
+from hal.wire.can import CLASS_MOTOR_PERIODIC
+from hal.wire.layout import Field, Layout, NibblePair, OpenLayout, characters, i16, i32, pad, u4, u8
 from hal.wire.message import PeriodicMessage
 from hal.wire.modes import ControlMode, InteractionMode
 
@@ -100,22 +100,6 @@ def _row(kind: int, name: str, *fields: Field, mask_bit: int = 0) -> PeriodicMes
     return message
 
 
-class _PrintMessage(PeriodicMessage):
-    """PRINT: two bytes and up to six characters, so a frame has 2 to 8 bytes."""
-
-    __slots__ = ()
-
-    def frame(self, source: int, *values: int) -> Frame:
-        """Frame of one piece: head, tag, then the characters that there are."""
-        padded = (*values, *(0,) * (len(self.layout.fields) - len(values)))
-        can_id, data = super().frame(source, *padded)
-        return can_id, data[: max(len(values), 2)]
-
-    def parse(self, data: bytes) -> tuple[int, ...] | None:
-        """Head, tag and the characters of one piece; None when its length is wrong."""
-        return tuple(data) if 2 <= len(data) <= 8 else None
-
-
 _STATUS = (
     u8("fault0", choices=AxisFault),
     u8("mode0", choices=ControlMode),
@@ -143,11 +127,11 @@ PID_VAL = _row(
 STATUS = _row(3, "STATUS", *_STATUS, mask_bit=0x004)
 CURRENT = _row(4, "CURRENT", i16("current0", "mA"), i16("current1", "mA"), pad(4), mask_bit=0x008)
 OVERFLOW = _row(5, "OVERFLOW", mask_bit=0x010)
-PRINT = MESSAGES[6] = _PrintMessage(
+PRINT = MESSAGES[6] = PeriodicMessage(
     CLASS_MOTOR_PERIODIC,
     6,
     "PRINT",
-    Layout((u8("head"), u8("tag"), *characters(6))),
+    OpenLayout((u8("head"), u8("tag"), *characters(6)), least=2),
     mask_bit=0x020,
 )
 VELOCITY = _row(

@@ -15,7 +15,13 @@ from hal.wire.motor_periodic import axis_fault_text, board_status_text, can_stat
         ),
         (0x002, "89 01", "host to board 2: SET_CONTROL_MODE axis 1 mode=POSITION"),
         (0x001, "1B 38", "host to board 1: POSITION_MOVE axis 0 of wrong length: 1b 38"),
-        (0x001, "6D 00", "host to board 1: motor command unknown: 6d 00"),
+        (0x001, "7F 00", "host to board 1: motor command unknown: 7f 00"),
+        (
+            0x001,
+            "ED FA 00 00 00",
+            "host to board 1: SET_DESIRED_CURRENT axis 1 current=250 mA",
+        ),
+        (0x001, "81 0A FF", "host to board 1: SET_MOTOR_PARAM axis 1 0a ff"),
         (0x010, "88 01 00", "board 1 to host: MOTION_DONE axis 1 done=1"),
         (
             0x113,
@@ -48,7 +54,43 @@ from hal.wire.motor_periodic import axis_fault_text, board_status_text, can_stat
             "FF 06 02 03",
             "board 14 to host: DISCOVER board_type=STRAIN, firmware_major=2, firmware_minor=3",
         ),
-        (0x5E1, "00 00", "board 14: class 5 type 1: 00 00"),
+        (
+            0x70F,
+            "01 10 00 02 00 00 00",
+            "host to everybody: ADDRESS bytes=16, address=512, memory=PROGRAM, upper_address=0",
+        ),
+        (0x70F, "01 10 00 02 01", "host to everybody: ADDRESS bytes=16, address=512, memory=DATA"),
+        (0x70F, "03 CF BB 20 00 80 F0", "host to everybody: DATA cf bb 20 00 80 f0"),
+        (0x7D0, "03 01", "board 13 to host: DATA ok=1"),
+        (0x705, "05", "host to board 5: ERROR"),
+        (0x70D, "32 05", "host to board 13: SET_CAN_ADDRESS address=5"),
+        (0x5E1, "00 00", "board 14: ACCELEROMETER of wrong length: 00 00"),
+        (
+            0x5E1,
+            "00 00 00 00 00 40",
+            "board 14: ACCELEROMETER x=0 g/16000, y=0 g/16000, z=16384 g/16000",
+        ),
+        (0x5E9, "00", "board 14: class 5 type 9: 00"),
+        (
+            0x4E3,
+            "40 F0 F1 F2 F3 F4 F5 F6",
+            "board 14: TRIANGLE_HEAD taxel0=240, taxel1=241, taxel2=242, taxel3=243, taxel4=244, "
+            "taxel5=245, taxel6=246",
+        ),
+        (0x4E3, "41 F0", "board 14: class 4 type 3: 41 f0"),
+        (
+            0x3EC,
+            "10 FF FF F0 FF FF F8",
+            "board 14: HALL_0_6 hes0=16, hes1=255, hes2=255, hes3=240, hes4=255, hes5=255, "
+            "hes6=248",
+        ),
+        (
+            0x3E5,
+            "40 01 02 03 04 05 06 07",
+            "board 14: TRIANGLE_HEAD taxel0=1, taxel1=2, taxel2=3, taxel3=4, taxel4=5, taxel5=6, "
+            "taxel6=7",
+        ),
+        (0x612, "01 02", "board 1: BATTERY_2 01 02"),
     ],
 )
 def test_frame_is_described_by_name(can_id: int, payload: str, text: str) -> None:

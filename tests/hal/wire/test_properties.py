@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hal.wire import analog, management, motor, motor_periodic
+from hal.wire import analog, battery, management, motor, motor_foc, motor_periodic
 from hal.wire.can import class_of, low_of, source_of
 from hal.wire.frames import describe
 from hal.wire.layout import Field, Layout, OpenLayout
@@ -20,11 +20,13 @@ RANGES = {
 ADDRESSES = st.integers(0, 15)
 AXES = st.integers(0, 1)
 PLAIN_BROADCASTS = [
-    *(m for m in motor_periodic.MESSAGES.values() if m is not motor_periodic.PRINT),
+    *motor_periodic.MESSAGES.values(),
+    *battery.MESSAGES.values(),
     analog.THERMOMETER,
 ]
 TRIPLES = [m for m in analog.MESSAGES.values() if isinstance(m, analog.TripleMessage)]
-COMMANDS = [*analog.COMMANDS.values(), *management.COMMANDS.values()]
+MOTOR_COMMANDS = [*motor.COMMANDS.values(), *motor_foc.COMMANDS.values()]
+COMMANDS = [*analog.COMMANDS.values(), *management.ROWS]
 
 
 def _value(field: Field) -> st.SearchStrategy[int]:
@@ -38,21 +40,21 @@ def _values(layout: Layout) -> st.SearchStrategy[tuple[int, ...]]:
     return st.tuples(*(_value(field) for field in layout.fields))
 
 
-@given(st.data(), st.sampled_from(list(motor.COMMANDS.values())), ADDRESSES, AXES)
+@given(st.data(), st.sampled_from(MOTOR_COMMANDS), ADDRESSES, AXES)
 def test_motor_command_round_trip(
     data: st.DataObject, command: AxisCommand, address: int, axis: int
 ) -> None:
     values = data.draw(_values(command.request_layout))
     can_id, payload = command.request(address, axis, *values)
     assert (class_of(can_id), source_of(can_id), low_of(can_id)) == (0, 0, address)
-    assert motor.command_of(payload) is command
+    assert motor.command_of(payload) in (command, motor.COMMANDS.get(command.code))
     assert motor.axis_of(payload) == axis
     assert command.parse_request(payload) == values
     if command.reply_layout is not None:
         answers = data.draw(_values(command.reply_layout))
         can_id, payload = command.reply(address, axis, *answers)
         assert (class_of(can_id), source_of(can_id), low_of(can_id)) == (0, address, 0)
-        assert (motor.command_of(payload), motor.axis_of(payload)) == (command, axis)
+        assert (payload[0] & 0x7F, motor.axis_of(payload)) == (command.code, axis)
         assert command.parse_reply(payload) == answers
 
 
@@ -128,7 +130,7 @@ def test_saturation_byte_round_trip(states: tuple[int, int, int]) -> None:
 @given(st.integers(-1, 0x1000), st.binary(max_size=9))
 def test_random_frames_never_raise(can_id: int, payload: bytes) -> None:
     assert describe(can_id, payload)
-    for command in (*motor.COMMANDS.values(), *COMMANDS):
+    for command in (*MOTOR_COMMANDS, *COMMANDS):
         command.parse_request(payload)
         command.parse_reply(payload)
     for message in (*motor_periodic.MESSAGES.values(), *analog.MESSAGES.values()):
