@@ -13,17 +13,29 @@ from firmware_sim.boards.board import Board, BoardError
 from firmware_sim.description import BoardSpec
 
 MOTOR_BOARDS = {
+    "bll": "firmware_sim.boards.bll:Bll",
+    "bll_dc": "firmware_sim.boards.bll_dc:BllDc",
     "bll_ie": "firmware_sim.boards.bll_ie:BllIe",
     "dc4": "firmware_sim.boards.dc4:Dc4",
 }
 """Built from their BoardSpec alone."""
 
-SENSOR_BOARDS = {"strain": "firmware_sim.boards.strain:Strain"}
+SENSOR_BOARDS = {
+    "strain": "firmware_sim.boards.strain:Strain",
+    "strain2": "firmware_sim.boards.strain2:Strain2",
+}
 """Built from their BoardSpec and the full scales that stand in their EEPROM."""
+
+PLAIN_SENSOR_BOARDS = {
+    "imu": "firmware_sim.boards.imu:Imu",
+    "mais": "firmware_sim.boards.mais:Mais",
+    "mtb": "firmware_sim.boards.mtb:Mtb",
+}
+"""Built from their BoardSpec alone."""
 
 ENTRY_POINTS = "ulna.boards"
 
-MotorFactory = Callable[[BoardSpec], Board]
+PlainFactory = Callable[[BoardSpec], Board]
 SensorFactory = Callable[[BoardSpec, Sequence[float]], Board]
 
 
@@ -32,7 +44,7 @@ def make_board(spec: BoardSpec, full_scale: Sequence[float] | None = None) -> Bo
 
     Args:
         spec: where it sits, its type and firmware.
-        full_scale: N, N, N, Nm, Nm, Nm; given for sensor boards only.
+        full_scale: N, N, N, Nm, Nm, Nm; given for force/torque boards only.
 
     Raises:
         BoardError: no such type or firmware, or a sensor without full scales.
@@ -44,11 +56,11 @@ def make_board(spec: BoardSpec, full_scale: Sequence[float] | None = None) -> Bo
         raise BoardError(
             f"{spec.type} at bus {spec.bus} address {spec.address} has no sensor with full scales"
         )
-    return cast("MotorFactory", factory)(spec)
+    return cast("PlainFactory", factory)(spec)
 
 
 def _load(name: str) -> object:
-    known = MOTOR_BOARDS | SENSOR_BOARDS
+    known = MOTOR_BOARDS | SENSOR_BOARDS | PLAIN_SENSOR_BOARDS
     place = known.get(name)
     if place is not None:
         module, _, attribute = place.partition(":")
