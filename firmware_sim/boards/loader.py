@@ -1,0 +1,72 @@
+"""The boot loader of a DSP board, as far as its handshake (can-protocol 8).
+
+DELIBERATE: the lines of a download are acknowledged and thrown away; the application that starts
+afterwards is the one that was there. The board does not pass through the boot loader at power-up.
+"""
+
+from hal.wire import management
+from hal.wire.can import Frame
+from hal.wire.management import BoardType
+
+PATIENCE_MS = 5000  # without a second BOARD the application starts again
+VERSION = (2, 0)  # of the boot loader; the sheet shows none
+
+
+class Loader:
+    """Runs instead of the application between BOARD and END."""
+
+    __slots__ = ("_address", "_left_ms", "_line_bytes", "is_running")
+
+    def __init__(self, address: int) -> None:
+        self._address = address
+        self.leave()
+
+    def move_to(self, address: int) -> None:
+        """Answer at another address from now on."""
+        self._address = address
+
+    def leave(self) -> None:
+        """The application runs."""
+        self.is_running = False
+        self._left_ms: int | None = None
+        self._line_bytes = 0
+
+    def enter(self) -> list[Frame]:
+        """BOARD in the application: jump here and answer."""
+        self.is_running = True
+        self._left_ms = PATIENCE_MS
+        return [management.BOARD.reply(self._address, 1)]
+
+    def on_frame(self, data: bytes) -> tuple[list[Frame], str]:
+        """Answer to a class 7 payload, and why it was dropped; `is_running` ends with END."""
+        code = data[0]
+        if code == management.DISCOVER.code:
+            values = (BoardType.GENERIC_DSP, *VERSION)
+            return [management.DISCOVER_BOOTLOADER.reply(self._address, *values)], ""
+        if code == management.BOARD.code:
+            self._left_ms = None  # it stays until END
+            return [management.BOARD.reply(self._address, 1)], ""
+        if code == management.ADDRESS.code and len(data) > 1:
+            self._line_bytes = data[1]
+            return [], ""
+        if code == management.DATA.code:
+            return self._take_line(len(data) - 1), ""
+        if code == management.START.code:
+            return [management.START.reply(self._address, 1)], ""
+        if code == management.END.code:
+            self.leave()
+            return [management.END.reply(self._address, 1)], ""
+        return [], "management"
+
+    def advance(self) -> None:
+        """One millisecond; `is_running` ends when patience does."""
+        if self._left_ms is not None:
+            self._left_ms -= 1
+            if not self._left_ms:
+                self.leave()
+
+    def _take_line(self, count: int) -> list[Frame]:
+        if not self._line_bytes:
+            return []
+        self._line_bytes = max(0, self._line_bytes - count)
+        return [] if self._line_bytes else [management.DATA.reply(self._address, 1)]
