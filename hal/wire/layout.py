@@ -13,7 +13,7 @@ from typing import NamedTuple
 Choices = type[IntEnum] | type[IntFlag]
 
 _STRUCT_CODE = {"u8": "B", "u16": "H", "i16": "h", "u32": "I", "i32": "i"}
-_RANGE = {
+VALUE_RANGES = {
     "u4": (0, 0xF),
     "u8": (0, 0xFF),
     "u16": (0, 0xFFFF),
@@ -129,7 +129,7 @@ class Layout:
             names = ", ".join(field.name for field in self.fields) or "nothing"
             return WireError(f"{name} carries {names}; got {len(values)} values")
         for field, value in zip(self.fields, values, strict=True):
-            low, high = _RANGE[field.kind]
+            low, high = VALUE_RANGES[field.kind]
             if not (hasattr(value, "__index__") and low <= value <= high):
                 return WireError(f"{name}: {field.name} = {value!r} does not fit {field.kind}")
         return WireError(f"{name}: code or axis does not fit byte 0")
