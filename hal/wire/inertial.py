@@ -4,7 +4,7 @@ Counts are signed 16-bit words; the scales below are counts per unit (can-protoc
 of the MTB are the data sheets' (L3G4200D at 250 deg/s, LIS331DLH at 2 g).
 """
 
-from enum import IntEnum, IntFlag
+from enum import IntEnum
 
 from hal.wire.can import CLASS_INERTIAL_PERIODIC
 from hal.wire.layout import Field, Layout, i16, u8, u32
@@ -20,17 +20,8 @@ IMU_COUNTS_PER_DEG = 16.0  # Euler angles
 IMU_COUNTS_PER_UNIT = 16384.0  # quaternion
 
 
-class InertialMask(IntFlag):
-    """First argument of ACC_GYRO_SETUP; none stops both."""
-
-    ANALOG_ACCELEROMETER = 1
-    INTERNAL_ACCELEROMETER = 2
-    EXTERNAL_GYROSCOPE = 4
-    EXTERNAL_ACCELEROMETER = 8
-
-
-class ImuSensor(IntEnum):
-    """What an IMU_TRIPLE carries; also the bit number in the mask of IMU_CONFIG."""
+class ImuKind(IntEnum):
+    """What an IMU_TRIPLE carries; also the number of its bit in the mask of IMU_CONFIG_SET."""
 
     ACCELEROMETER = 0
     MAGNETOMETER = 1
@@ -42,13 +33,13 @@ class ImuSensor(IntEnum):
     STATUS = 15  # a frame of its own
 
 
-COUNTS_PER_UNIT: dict[ImuSensor, float] = {
-    ImuSensor.ACCELEROMETER: IMU_COUNTS_PER_M_S2,
-    ImuSensor.MAGNETOMETER: IMU_COUNTS_PER_MICROTESLA,
-    ImuSensor.GYROSCOPE: IMU_COUNTS_PER_DEG_S,
-    ImuSensor.EULER: IMU_COUNTS_PER_DEG,
-    ImuSensor.LINEAR_ACCELERATION: IMU_COUNTS_PER_M_S2,
-    ImuSensor.GRAVITY: IMU_COUNTS_PER_M_S2,
+COUNTS_PER_UNIT: dict[ImuKind, float] = {
+    ImuKind.ACCELEROMETER: IMU_COUNTS_PER_M_S2,
+    ImuKind.MAGNETOMETER: IMU_COUNTS_PER_MICROTESLA,
+    ImuKind.GYROSCOPE: IMU_COUNTS_PER_DEG_S,
+    ImuKind.EULER: IMU_COUNTS_PER_DEG,
+    ImuKind.LINEAR_ACCELERATION: IMU_COUNTS_PER_M_S2,
+    ImuKind.GRAVITY: IMU_COUNTS_PER_M_S2,
 }
 """Scale of each IMU_TRIPLE."""
 
@@ -70,7 +61,7 @@ def _row(kind: int, name: str, *fields: Field, order: str = "<") -> PeriodicMess
 GYROSCOPE = _row(0, "GYROSCOPE", *_xyz("8.75 mdeg/s"))
 ACCELEROMETER = _row(1, "ACCELEROMETER", *_xyz("g/16000"))
 ANALOG_ACCELEROMETER = _row(2, "ANALOG_ACCELEROMETER", *_xyz(""), order=">")  # obsolete
-IMU_TRIPLE = _row(3, "IMU_TRIPLE", u8("sequence"), u8("sensor", choices=ImuSensor), *_xyz(""))
+IMU_TRIPLE = _row(3, "IMU_TRIPLE", u8("sequence"), u8("sensor", choices=ImuKind), *_xyz(""))
 IMU_QUATERNION = _row(
     4,
     "IMU_QUATERNION",

@@ -32,17 +32,6 @@ class TriangleError(IntEnum):
     NOT_CONNECTED = 2
 
 
-class SkinType(IntEnum):
-    """First argument of SET_BRD_CFG."""
-
-    TEMPERATURE_COMPENSATED = 0
-    PALM_FINGERTIP = 1
-    UNCOMPENSATED = 2
-    ERGOHAND = 3
-    RAW = 7
-    TEMPERATURE_COMPENSATED_2 = 8
-
-
 class TriangleMessage:
     """One of the two frames of a triangle; byte 0 is its code."""
 

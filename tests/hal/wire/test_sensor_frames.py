@@ -4,7 +4,7 @@ import pytest
 
 from hal.wire import inertial, mais, skin
 from hal.wire.can import CLASS_ANALOG_PERIODIC, Frame
-from hal.wire.inertial import ImuSensor
+from hal.wire.inertial import ImuKind
 from hal.wire.layout import WireError
 
 
@@ -31,7 +31,7 @@ def test_analog_accelerometer_has_the_high_byte_first() -> None:
 
 def test_imu_triple_carries_sequence_and_sensor() -> None:
     # 9.81 m/s2 x 100 = 981 = 0x03D5
-    sent = inertial.IMU_TRIPLE.frame(14, 7, ImuSensor.ACCELEROMETER, 0, -1, 981)
+    sent = inertial.IMU_TRIPLE.frame(14, 7, ImuKind.ACCELEROMETER, 0, -1, 981)
     assert sent == frame("5E3 07000000FFFFD503")
     assert inertial.IMU_TRIPLE.parse(sent[1]) == (7, 0, 0, -1, 981)
 
