@@ -42,6 +42,7 @@ class Axis:
         "_velocity_rad_s",
         "_window",
         "address",
+        "calibration_failure",
         "fault_bits",
         "heard_ns",
         "index",
@@ -52,7 +53,11 @@ class Axis:
         "number",
         "offset_counts",
         "on_change",
+        "partners",
         "replies",
+        "said",
+        "said_ns",
+        "suspects",
         "switching",
         "ticks",
         "units",
@@ -83,6 +88,11 @@ class Axis:
         self.fault_bits = 0
         self.switching = False
         self.offset_counts = 0
+        self.calibration_failure = ""
+        self.partners: tuple[Axis, ...] = ()  # switched together with this one by the firmware
+        self.suspects: list[Callable[[int], str]] = []  # why it may fault without a bit, by now_ns
+        self.said = ""  # last text that its board has printed
+        self.said_ns = 0
         self.replies: dict[int, tuple[int, ...]] = {}
         self.on_change: Callable[[], None] = _nothing
         self._readings = readings
@@ -111,6 +121,18 @@ class Axis:
         """Whether the description has everything that compliant mode needs."""
         joint = self.joint
         return None not in (joint.torque_source, joint.impedance, joint.torque_pid)
+
+    @property
+    def is_available(self) -> bool:
+        """Whether its board is there and gets commands."""
+        return self.address not in self.line.muted
+
+    @property
+    def calibration(self) -> str:
+        """Done, pending, or failed with the reason."""
+        if self.is_calibrated:
+            return "done"
+        return f"failed: {self.calibration_failure}" if self.calibration_failure else "pending"
 
     @property
     def is_calibrated(self) -> bool:

@@ -3,17 +3,19 @@
 from collections.abc import Mapping
 
 from hal.axis import Axis
-from hal.boards.board import HostBoard, Parts
-from hal.boards.strain import Strain
+from hal.boards.board import HostBoard, Parts, Sensor
 from hal.buses.bus import FrameBus
 from hal.checks import check_boards, check_joints, check_settings, owner_of
+from hal.couplings import coupled_axes
 from hal.description import Board, Joint, RobotDescription
 from hal.errors import DescriptionError
 from hal.faults import FaultLog
+from hal.inventory import Inventory
 from hal.line import Line
 from hal.readings import JointReadings
 from hal.registry import board_type
 from hal.stalls import Stalls
+from hal.suspects import suspect_boards, suspect_torques
 from hal.torques import VirtualSensor
 from hal.wire.motor_periodic import VELOCITY
 
@@ -45,12 +47,15 @@ class Machine:
             self._board(board, tuple(a for a in self.axes if owners[a.index] is board))
             for board in description.boards
         )
-        self.sensors: dict[str, Strain] = {
-            board.name: board for board in self.boards if isinstance(board, Strain)
+        self.sensors: dict[str, Sensor] = {
+            board.name: board for board in self.boards if isinstance(board, Sensor)
         }
         self.virtual_sensors = self._virtual_sensors()
         for host_board in self.boards:
-            host_board.listen()
+            self._join(host_board)
+        suspect_boards(self.boards)
+        suspect_torques(self.virtual_sensors)
+        self.inventory = Inventory(self.boards, self.faults)
 
     def _axis(self, index: int, joint: Joint, board: Board) -> Axis:
         description = self.description
@@ -73,6 +78,16 @@ class Machine:
             sensor=places[0] if places else None,
         )
         return board_type(board.type)(parts)
+
+    def _join(self, board: HostBoard) -> None:
+        """Let a board hear its bus, and its axes know which others move with them."""
+        board.listen()
+        first = board.board.address
+        for address in range(first, first + board.addresses):
+            board.line.share(address, first)
+        coupled = coupled_axes(board.board, board.axes)
+        for axis in coupled:
+            axis.partners = tuple(other for other in coupled if other is not axis)
 
     def _virtual_sensors(self) -> tuple[VirtualSensor, ...]:
         sources: dict[tuple[int, int], list[Axis]] = {}

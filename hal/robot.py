@@ -6,8 +6,8 @@ steps leave with the next step.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar, overload
 
-from hal.boards.board import SILENCE_NS
 from hal.buses.bus import FrameBus
 from hal.commands import Commands
 from hal.description import RobotDescription
@@ -23,7 +23,10 @@ from hal.tasks import Task, Tasks
 from hal.wire import motor
 from hal.wire.modes import ControlMode
 
+Sample = TypeVar("Sample")
+
 KEPT_LOOP_TIMES = 4096
+FRESH_NS = 100_000_000
 
 
 class Robot:
@@ -109,7 +112,7 @@ class Robot:
     def _open(self, now_ns: int) -> None:
         self._opening.resume()
         if self._opening.done and self._opening.ok:
-            self._liveness.start()
+            self._liveness.start(self._startup.unavailable)
         elif self._opening.done:
             self._machine.faults.report(now_ns, self._opening.reason)
 
@@ -135,6 +138,9 @@ class Robot:
             torque_loop_ms=loop_ms,
             foreign_frames=self._foreign.count,
             busy=bool(self._tasks.actions) or not self._opening.done,
+            boards=machine.inventory.reports(),
+            buses=tuple(line.report() for line in lines),
+            calibration=tuple((axis.name, axis.calibration) for axis in machine.axes),
         )
 
     @property
@@ -142,15 +148,24 @@ class Robot:
         """The last faults with time and evidence, newest last."""
         return tuple(self._machine.faults.events)
 
-    def take_samples(self, sensor: str) -> list[ForceTorqueSample]:
-        """Force/torque samples since the previous call, oldest first (the last 256 at most)."""
-        return self._machine.sensors[sensor].take()
+    @overload
+    def take_samples(self, sensor: str) -> list[ForceTorqueSample]: ...
+
+    @overload
+    def take_samples(self, sensor: str, kind: type[Sample]) -> list[Sample]: ...
+
+    def take_samples(self, sensor: str, kind: type = ForceTorqueSample) -> list[object]:
+        """Samples of a kind since the previous call, oldest first (the last 256 at most).
+
+        What the sensor has measured of other kinds is dropped with this call.
+        """
+        return [one for one in self._machine.sensors[sensor].take() if isinstance(one, kind)]
 
     def is_fresh(self, joint: int, now_ns: int) -> bool:
         """Whether a joint is calibrated and was heard within the last 100 ms."""
         joints = self.joints
         age_ns = self._machine.stalls.age_ns(now_ns, joints.heard_ns[joint])
-        return joints.calibrated[joint] and age_ns <= SILENCE_NS
+        return joints.calibrated[joint] and age_ns <= FRESH_NS
 
     def set_positions(self, joints: Sequence[int], q_rad: Sequence[float]) -> bool:
         """Position-direct references.

@@ -1,5 +1,7 @@
 """Control and interaction modes: ask the board, wait until it confirms, say why it does not."""
 
+from collections.abc import Generator
+
 from hal.axis import Axis
 from hal.boards.status import fault_cause
 from hal.tasks import Sequence
@@ -8,6 +10,7 @@ from hal.wire.modes import ControlMode, InteractionMode
 from hal.wire.motor_periodic import AxisFault
 
 CONFIRM_NS = 200_000_000
+PRINTS_NS = 20_000_000
 POLL_NS = 50_000_000  # STATUS comes by itself within 5 ms; ask when it was lost
 
 MODES = {
@@ -16,6 +19,7 @@ MODES = {
     "direct": ControlMode.DIRECT,
     "velocity": ControlMode.VELOCITY,
     "torque": ControlMode.TORQUE,
+    "pwm": ControlMode.OPENLOOP,
 }
 INTERACTIONS = {"stiff": InteractionMode.STIFF, "compliant": InteractionMode.COMPLIANT}
 
@@ -29,6 +33,8 @@ def switch_mode(axis: Axis, mode: ControlMode) -> Sequence:
         return f"{axis.name} is in hardware fault ({fault_cause(axis)}): request mode idle first"
     axis.switching = True
     axis.wanted_mode = mode
+    for partner in axis.partners:  # the firmware takes it along
+        partner.wanted_mode = mode
     try:
         axis.switch(motor.SET_CONTROL_MODE, _command_code(mode))
         reason = yield from _confirmed(axis, mode)
@@ -44,18 +50,31 @@ def _command_code(mode: ControlMode) -> int:
 
 def _confirmed(axis: Axis, mode: ControlMode) -> Sequence:
     line = axis.line
-    deadline_ns = line.now_ns + CONFIRM_NS
-    poll_ns = line.now_ns + POLL_NS
+    began_ns = line.now_ns
+    deadline_ns = began_ns + CONFIRM_NS
+    poll_ns = began_ns + POLL_NS
     while line.now_ns < deadline_ns:
         yield
         if axis.mode == mode and not (axis.is_powered and is_stopped(axis)):
             return ""
         if axis.mode == ControlMode.HW_FAULT and mode != ControlMode.IDLE:
-            return f"{axis.name} went into hardware fault: {_refusal(axis)}"
+            yield from _listened(axis)
+            return f"{axis.name} went into hardware fault: {_refusal(axis, began_ns)}"
         if line.now_ns >= poll_ns:
             poll_ns += POLL_NS
             axis.command(motor.GET_CONTROL_MODE)
-    return f"{axis.name} did not enter {mode.name.lower()} mode: {_refusal(axis)}"
+    return f"{axis.name} did not enter {_name(mode)} mode: {_refusal(axis, began_ns)}"
+
+
+def _listened(axis: Axis) -> Generator[None, None, None]:
+    """What the board prints about a fault may arrive just behind it."""
+    end_ns = axis.line.now_ns + PRINTS_NS
+    while axis.line.now_ns < end_ns:
+        yield
+
+
+def _name(mode: ControlMode) -> str:
+    return next((name for name, code in MODES.items() if code == mode), mode.name.lower())
 
 
 def is_stopped(axis: Axis) -> bool:
@@ -66,16 +85,31 @@ def is_stopped(axis: Axis) -> bool:
     return bool(axis.fault_bits & AxisFault.EXTERNAL)
 
 
-def _refusal(axis: Axis) -> str:
+def _refusal(axis: Axis, since_ns: int) -> str:
     """Why a board does not enter a mode (can-protocol 10.2), most certain first."""
-    if axis.address in axis.line.muted:
+    said = f'; its board says "{axis.said}"' if axis.said and axis.said_ns >= since_ns else ""
+    return _cause(axis) + said
+
+
+def _cause(axis: Axis) -> str:
+    if not axis.is_available:
         return "its board is silent"
+    if axis.line.is_off:
+        return f"bus {axis.line.number} is off"
     if is_stopped(axis):
         return "emergency button pressed"
     if axis.fault_bits:
         return fault_cause(axis)
     if not axis.is_calibrated:
         return "not calibrated"
+    for partner in axis.partners:
+        if partner.mode == ControlMode.HW_FAULT:
+            return f"its coupled partner {partner.name} is in hardware fault"
+        if not partner.is_calibrated:
+            return f"its coupled partner {partner.name} is not calibrated"
+    causes = [cause for cause in (one(axis.line.now_ns) for one in axis.suspects) if cause]
+    if causes:
+        return "; ".join(causes)
     return "no answer, or settings missing on the board (position gains, protocol handshake)"
 
 
@@ -87,12 +121,14 @@ def switch_interaction(axis: Axis, interaction: InteractionMode) -> Sequence:
     axis.switching = True
     try:
         axis.switch(motor.SET_INTERACTION_MODE, interaction)
-        deadline_ns = line.now_ns + CONFIRM_NS
-        poll_ns = line.now_ns + POLL_NS
+        began_ns = line.now_ns
+        deadline_ns = began_ns + CONFIRM_NS
+        poll_ns = began_ns + POLL_NS
         while axis.interaction != interaction:
             yield
             if line.now_ns >= deadline_ns:
-                return f"{axis.name} did not become {interaction.name.lower()}: {_refusal(axis)}"
+                reason = _refusal(axis, began_ns)
+                return f"{axis.name} did not become {interaction.name.lower()}: {reason}"
             if line.now_ns >= poll_ns:
                 poll_ns += POLL_NS
                 axis.command(motor.GET_INTERACTION_MODE)

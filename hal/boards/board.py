@@ -1,7 +1,8 @@
 """What the host side of every board type can do."""
 
 from collections.abc import Generator, Iterable, Mapping
-from typing import NamedTuple, Protocol
+from collections.abc import Sequence as Samples
+from typing import NamedTuple, Protocol, runtime_checkable
 
 from hal.axis import Axis
 from hal.description import Board, ForceTorqueSensor, RobotDescription
@@ -72,6 +73,17 @@ class HostBoard(Protocol):
 
     def write_settings(self, axis: int | None) -> None:
         """Queue the settings of one axis (index in the robot), or of everything."""
+
+
+@runtime_checkable
+class Sensor(Protocol):
+    """A board that measures. `name` is that of the sensor, else of the board."""
+
+    name: str
+    board: Board
+
+    def take(self) -> Samples[object]:
+        """Samples since the previous call, oldest first."""
 
 
 def board_name(board: Board) -> str:

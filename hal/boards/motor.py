@@ -1,11 +1,12 @@
 """Host side of the DSP motor boards: their broadcasts, replies, handshake and configuration."""
 
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable
 
 from hal.axis import Axis
 from hal.boards.board import Parts, Pulse, ask, board_name, refusal, sent
 from hal.boards.settings import address_settings, axis_settings
 from hal.boards.status import StatusReader
+from hal.boards.verify import verify
 from hal.line import Handler, Trace
 from hal.tasks import Sequence
 from hal.wire import motor, motor_periodic
@@ -83,11 +84,17 @@ class MotorBoard:
         for pair in self._pairs:
             chosen = [a for a in pair.axes if a is not None and axis in (None, a.index)]
             for one in chosen:
-                for row, values in axis_settings(one, self._parts.description):
-                    one.command(row, *values)
+                self._write_axis(one)
             if chosen or axis is None:
-                for frame in address_settings(self.board, pair.address):
-                    self.line.command(pair.address, frame)
+                self._write_address(pair.address)
+
+    def _write_axis(self, axis: Axis) -> None:
+        for row, values in axis_settings(axis, self._parts.description):
+            axis.command(row, *values)
+
+    def _write_address(self, address: int) -> None:
+        for frame in address_settings(self.board, address):
+            self.line.command(address, frame)
 
     def configure(self) -> Sequence:
         """All axes stiff, settings, all axes idle, then what the board knows of them.
@@ -96,14 +103,33 @@ class MotorBoard:
         """
         for axis in self.axes:
             axis.command(motor.SET_INTERACTION_MODE, InteractionMode.STIFF)
-        self.write_settings(None)
+        for axis in self.axes:
+            self._write_axis(axis)
+        yield from self._sent()
+        reason = yield from self._verify()
+        if reason:
+            return f"{board_name(self.board)} does not keep its settings: {reason}"
+        for pair in self._pairs:
+            self._write_address(pair.address)
         for axis in self.axes:
             axis.wanted_mode = ControlMode.IDLE
             axis.command(motor.SET_CONTROL_MODE, ControlMode.FORCE_IDLE)
-        for pair in self._pairs:
-            yield from sent(self.line, pair.address)
+        yield from self._sent()
         reason = yield from self.read_back()
         return reason
+
+    def _sent(self) -> Generator[None, None, None]:
+        for pair in self._pairs:
+            yield from sent(self.line, pair.address)
+
+    def _verify(self) -> Sequence:
+        """One axis after the other: both addresses of a board answer through one buffer."""
+        reasons: list[str] = []
+        for axis in self.axes:
+            reason = yield from verify(axis, axis_settings(axis, self._parts.description))
+            if reason:
+                reasons.append(reason)
+        return "; ".join(reasons)
 
     def read_back(self) -> Sequence:
         """Ask whether each axis is calibrated, and its modes."""
@@ -130,6 +156,8 @@ class MotorBoard:
         """A piece of a text that the board prints, reported when complete."""
         text = self._prints.add(data)
         if text is not None:
+            for axis in self.axes:
+                axis.said, axis.said_ns = text, stamp_ns
             self._faults.report(stamp_ns, f"{board_name(self.board)} says: {text}", text)
 
 

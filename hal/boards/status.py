@@ -16,6 +16,7 @@ from hal.wire.motor_periodic import (
 
 # Bits are the state of one cycle; those that say why an axis is in fault must outlast it.
 NOT_A_CAUSE = AxisFault.EXTERNAL  # the button leads to idle, and its bit to nothing but itself
+SAID_RECENTLY_NS = 500_000_000
 SILENT_CAUSES = "no fault bit: torque source or coupled board silent, bus-off, or refused to enable"
 
 
@@ -38,11 +39,27 @@ class StatusReader:
         if values is None:
             self._faults.drop("STATUS of wrong length")
             return
-        for axis, bits, mode in zip(self._axes, values[0:4:2], values[1:4:2], strict=True):
+        both = list(zip(self._axes, values[0:4:2], values[1:4:2], strict=True))
+        for axis, bits, mode in both:
             if axis is not None:
                 self._on_fault_bits(axis, bits, mode, stamp_ns)
+        # The axis that faulted first: it is the reason why its coupled partner is idle.
+        for axis, _, mode in sorted(both, key=_runs):
+            if axis is not None:
                 self.on_mode(axis, mode, stamp_ns)
-        for text in (can_status_text(values[4]), board_status_text(values[5])):
+        if any(values[4:]):
+            self._on_trouble(values[4], values[5], values[6:8], stamp_ns)
+
+    def _on_trouble(
+        self, can_bits: int, board_bits: int, errors: Sequence[int], stamp_ns: int
+    ) -> None:
+        """CAN status, board status, and the error flags that only the 5-second copy has."""
+        self._line.errors += bool(can_bits or any(errors))
+        directions = [
+            way for way, flag in zip(("transmit", "receive"), errors, strict=True) if flag
+        ]
+        flags = f"CAN {' and '.join(directions)} errors since its last report" if directions else ""
+        for text in (can_status_text(can_bits), board_status_text(board_bits), flags):
             if text:
                 self._faults.report(stamp_ns, f"{self._name}: {text}", f"{self._name} {text}")
 
@@ -53,13 +70,19 @@ class StatusReader:
         axis.set_fault_text(_present_fault(axis))
         if mode == before:
             return
+        for partner in axis.partners:
+            partner.set_fault_text(_present_fault(partner))
         if mode == ControlMode.HW_FAULT:
-            text = f"{axis.name} in hardware fault: {fault_cause(axis)}"
+            text = f"{axis.name} in hardware fault: {fault_cause(axis)}{_dragged(axis)}"
             evidence = self._line.evidence(self._trace, self._addresses)
             self._faults.report(stamp_ns, text, frames=evidence)
         elif mode == ControlMode.IDLE and axis.wanted_mode in POWERED:
-            bits = axis_fault_text(axis.fault_bits)
-            text = f"{axis.name} went idle by itself" + (f": {bits}" if bits else "")
+            text = f"{axis.name} went idle by itself"
+            cause = axis_fault_text(axis.fault_bits)
+            faulted = _faulted_partner(axis)
+            if faulted and not cause:
+                text, cause = f"{axis.name} is idle", f"its coupled partner {faulted} faulted"
+            text += f": {cause}" if cause else ""
             self._faults.report(stamp_ns, text, text)
 
     def _on_fault_bits(self, axis: Axis, bits: int, mode: int, stamp_ns: int) -> None:
@@ -75,12 +98,37 @@ class StatusReader:
             self._faults.report(stamp_ns, f"{axis.name}: {text}", f"{axis.name} {text}")
 
 
+def _runs(entry: tuple[Axis | None, int, int]) -> bool:
+    return entry[2] != ControlMode.HW_FAULT
+
+
 def fault_cause(axis: Axis) -> str:
-    """Why an axis is in hardware fault, as far as its STATUS frames have told."""
-    return axis_fault_text(axis.fault_bits) or SILENT_CAUSES
+    """Why an axis is in hardware fault, as far as its STATUS frames and the other boards tell."""
+    if axis.fault_bits:
+        return axis_fault_text(axis.fault_bits)
+    now_ns = axis.line.now_ns
+    causes = [suspect(now_ns) for suspect in axis.suspects]
+    if axis.said and now_ns - axis.said_ns < SAID_RECENTLY_NS:
+        causes.append(f'its board says "{axis.said}"')
+    return "; ".join(cause for cause in causes if cause) or SILENT_CAUSES
+
+
+def _faulted_partner(axis: Axis) -> str:
+    """The coupled axis in whose fault this one is switched off too, empty when there is none."""
+    faulted = [p.name for p in axis.partners if p.mode == ControlMode.HW_FAULT]
+    return faulted[0] if faulted else ""
+
+
+def _dragged(axis: Axis) -> str:
+    """Which coupled axes a fault switches off."""
+    names = [p.name for p in axis.partners if p.wanted_mode in POWERED]
+    return f"; {', '.join(names)} coupled with it goes idle" if names else ""
 
 
 def _present_fault(axis: Axis) -> str:
     if axis.mode == ControlMode.HW_FAULT:
         return f"hardware fault: {fault_cause(axis)}"
+    faulted = _faulted_partner(axis)
+    if faulted and axis.mode == ControlMode.IDLE:
+        return f"idle because its coupled partner {faulted} faulted"
     return axis_fault_text(axis.fault_bits)

@@ -5,13 +5,16 @@ from collections.abc import Sequence
 import can
 from can.typechecking import CanFilters
 
+from hal.boards.verify import getter_of
 from hal.description import RobotDescription
 from hal.robot import Robot
 from hal.tasks import Task
+from hal.wire import motor
 from hal.wire.can import Frame, Received
 from tests.hal.arm import BUS, DESCRIPTION, PITCH, ROLL
 
 MS = 1_000_000
+MODES = (motor.GET_CONTROL_MODE, motor.GET_INTERACTION_MODE)  # answered as a test says
 
 ANSWERS = {
     "001 5B0106": "010 5B04025057010601",  # BLL, firmware 2.50 build 87, protocol 1.6, accepted
@@ -54,6 +57,7 @@ class ScriptedBus:
 
     def __init__(self) -> None:
         self.answers = {frame(question): frame(answer) for question, answer in ANSWERS.items()}
+        self._settings: set[Frame] = set()
         self.positions = {can_id: bytes.fromhex(data) for can_id, data in POSITIONS.items()}
         self.wrench: list[Frame] = [frame("3DA 008000800080"), frame("3DB 008000800080")]
         self.inbox: list[Frame] = []
@@ -73,7 +77,25 @@ class ScriptedBus:
 
     def send_frames(self, frames: Sequence[Frame]) -> None:
         self.sent += frames
-        self.inbox += [self.answers[sent] for sent in frames if sent in self.answers]
+        for sent in frames:
+            if sent in self.answers:
+                self.inbox.append(self.answers[sent])
+            elif sent[0] < 0x100:
+                self._remember(*sent)
+
+    def _remember(self, can_id: int, data: bytes) -> None:
+        """Keep a setting and answer the question for it, unless the test answers that itself."""
+        row, axis = motor.command_of(data), motor.axis_of(data)
+        values = None if row is None else row.parse_request(data)
+        asked = None if row is None else getter_of(row)
+        if asked is None or values is None or asked in MODES:
+            return
+        if asked is motor.GET_IMPEDANCE_PARAMS:
+            values = (*values, 0)
+        question = asked.request(can_id, axis)
+        if question not in self.answers or question in self._settings:
+            self._settings.add(question)
+            self.answers[question] = asked.reply(can_id, axis, *values)
 
     def receive_frames(self) -> list[Received]:
         self.ms += 1

@@ -1,9 +1,12 @@
 """Opening: what is sent, in which order and at which pace; boards that do not fit."""
 
+from itertools import groupby
+
 import pytest
 
 from hal.errors import DescriptionError
 from hal.robot import Robot
+from hal.wire.motor import COMMANDS
 from tests.hal.arm import BUS, DESCRIPTION
 from tests.hal.scripted import Script, ScriptedBus, frame
 
@@ -36,10 +39,18 @@ def test_ends_idle_with_every_joint_heard(script: Script) -> None:
     assert min(script.robot.joints.heard_ns) > 0
 
 
-def test_sends_at_most_one_command_per_address_and_millisecond(script: Script) -> None:
+def test_sends_at_most_one_setting_or_four_questions_per_address_and_millisecond(
+    script: Script,
+) -> None:
+    most = 0
     while script.robot.phase != "idle":
-        addresses = [sent[:3] for sent in script.tick()]
-        assert len(addresses) == len(set(addresses))
+        for address, frames in groupby(sorted(script.tick()), key=lambda sent: sent[:3]):
+            rows = [COMMANDS[int(sent[4:6], 16) & 0x7F] for sent in frames if address != "20D"]
+            asks = all(row.reply_layout is not None for row in rows)
+            most = max(most, len(rows))
+            assert asks or len(rows) == 1
+
+    assert most == 4
 
 
 def test_configures_the_shoulder_pitch_in_the_order_of_the_icub_pc(script: Script) -> None:
@@ -215,3 +226,28 @@ def test_names_the_known_joints_when_asked_for_another() -> None:
 
     with pytest.raises(DescriptionError, match="unknown joint 'knee'; known: pitch, roll, prosup"):
         robot.joint_index("knee")
+
+
+def test_writes_again_a_setting_that_the_board_has_not_kept(script: Script) -> None:
+    answer = frame("010 1F0064")  # kp 25600
+    script.bus.answers[frame("001 1F")] = answer
+    sent: list[str] = []
+    while script.robot.phase != "idle":
+        sent += script.tick()
+        if sent.count("001 1E007D") == 2:
+            script.bus.answers[frame("001 1F")] = frame("010 1F007D")
+
+    assert sent.count("001 1E007D") == 2
+    assert script.robot.status().faults == ()
+
+
+def test_names_a_setting_that_the_board_does_not_keep(script: Script) -> None:
+    script.bus.answers[frame("001 1F")] = frame("010 1F0064")
+
+    script.open()
+
+    assert script.robot.status().faults == (
+        "board r_shoulder (bus 1, address 1) does not keep its settings: "
+        "pitch SET_P_GAIN: wrote 32000, read 25600",
+    )
+    assert script.robot.status().boards[0].state == "wrong"
