@@ -104,6 +104,8 @@ class Board(msgspec.Struct, frozen=True, kw_only=True):
     firmware: tuple[int, int]  # as on the wire: 2.57 is (0x02, 0x57)
     broadcast: tuple[int, ...]  # SET_BCAST_POLICY mask per address that the board owns
     required: bool = True  # without it the robot does not start; else it starts without its axes
+    period_ms: int = 0  # of what a sensor board sends; 0 = the type's own
+    frame: str = ""  # URDF link that an inertial sensor sits on; an mtb without one sends skin only
 
 
 class ForceTorqueSensor(msgspec.Struct, frozen=True, kw_only=True):
