@@ -10,6 +10,7 @@ from firmware_sim.boards.axis_state import Axis
 from firmware_sim.boards.board import Board
 from firmware_sim.description import AxisSpec, BoardSpec, SensorSpec
 from firmware_sim.registry import make_board
+from firmware_sim.spoiling import Gate
 from hal.wire.can import Frame, Received
 
 Receiver = Callable[[int, bytes], None]
@@ -36,11 +37,26 @@ class Network:
             self._place(spec, make_board(spec, scales.get((spec.bus, spec.address))))
         self._routes = {bus: _routes(boards) for bus, boards in self._buses.items()}
         self._ticking = [
-            (bus, board.tick, _routes(other for other in boards if other is not board))
+            (bus, board, board.tick, _routes(other for other in boards if other is not board))
             for bus, boards in self._buses.items()
             for board in boards
         ]
         self._between: list[tuple[Receiver, int, bytes]] = []
+        self._gates: dict[Board, Gate] = {}  # of boards whose frames a switch spoils
+
+    def gate(self, board: Board) -> Gate:
+        """What lies between a board and its bus; put there at the first call."""
+        gate = self._gates.get(board)
+        if gate is None:
+            gate = self._gates[board] = Gate(board)
+            self._reroute(board.on_frame, gate.on_frame)
+        return gate
+
+    def ungate(self, board: Board) -> None:
+        """Take its gate away, if there is one: frames go straight to and from the board again."""
+        gate = self._gates.pop(board, None)
+        if gate is not None:
+            self._reroute(gate.on_frame, board.on_frame)
 
     def deliver(self, received: Mapping[int, Sequence[Received]]) -> None:
         """Hand to the boards what arrived on each bus and what boards sent each other."""
@@ -52,12 +68,17 @@ class Network:
             for can_id, data, _ in frames:
                 for receiver in routes.get(can_id, ()):
                     receiver(can_id, data)
+        if self._gates:
+            for gate in self._gates.values():
+                gate.release()
 
     def tick(self) -> dict[int, list[Frame]]:
         """Run one millisecond of every board; frames sent, by bus."""
         sent: dict[int, list[Frame]] = {bus: [] for bus in self._buses}
-        for bus, tick, others in self._ticking:
+        for bus, board, tick, others in self._ticking:
             frames = tick()
+            if self._gates and board in self._gates:
+                frames = self._gates[board].outward.step(frames)
             if frames:
                 sent[bus] += frames
                 for can_id, data in frames:
@@ -96,6 +117,17 @@ class Network:
     def axes(self) -> list[Axis]:
         """Every axis of every board."""
         return [axis for boards in self._buses.values() for board in boards for axis in board.axes]
+
+    def boards(self, bus: int) -> tuple[Board, ...]:
+        """Every board of a bus."""
+        return tuple(self._buses.get(bus, ()))
+
+    def _reroute(self, old: Receiver, new: Receiver) -> None:
+        for routes in (*self._routes.values(), *(others for *_, others in self._ticking)):
+            for can_id, receivers in routes.items():
+                if old in receivers:
+                    routes[can_id] = tuple(new if r == old else r for r in receivers)
+        self._between = [(new if r == old else r, *rest) for r, *rest in self._between]
 
     def _place(self, spec: BoardSpec, board: Board) -> None:
         for address in board.addresses:
