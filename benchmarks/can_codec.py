@@ -6,6 +6,7 @@ all of them.
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -92,28 +93,37 @@ def _works() -> tuple[int, list[tuple[Callable[[], None], int]]]:
     check_agreement(frames, [_peer_values(database, can_id, data) for can_id, data in frames])
     whole = [(can_id, _whole_message(database, can_id, data)) for can_id, data in frames]
 
-    def encode_ours() -> None:
-        for encode, values in jobs:
-            encode(*values)
+    ours = [partial(_encode, jobs), partial(_decode, parsers), partial(_idle, jobs)]
+    theirs = [partial(_peer_encode, database, whole), partial(_peer_decode, database, frames)]
+    return len(frames), [
+        *((work, PASSES) for work in ours),
+        *((work, PEER_PASSES) for work in theirs),
+    ]
 
-    def decode_ours() -> None:
-        for parse, data in parsers:
-            parse(data)
 
-    def nothing() -> None:
-        for _, values in jobs:
-            _do_nothing(*values)
+def _encode(jobs: list[tuple[Encode, Values]]) -> None:
+    for encode, values in jobs:
+        encode(*values)
 
-    def encode_theirs() -> None:
-        for can_id, values in whole:
-            database.encode_message(can_id, values, padding=True, strict=False)
 
-    def decode_theirs() -> None:
-        for can_id, data in frames:
-            database.decode_message(can_id, data, decode_choices=False, allow_truncated=True)
+def _decode(parsers: list[tuple[Parse, bytes]]) -> None:
+    for parse, data in parsers:
+        parse(data)
 
-    ours = [(work, PASSES) for work in (encode_ours, decode_ours, nothing)]
-    return len(frames), [*ours, (encode_theirs, PEER_PASSES), (decode_theirs, PEER_PASSES)]
+
+def _idle(jobs: list[tuple[Encode, Values]]) -> None:
+    for _, values in jobs:
+        _do_nothing(*values)
+
+
+def _peer_encode(database: Database, messages: list[tuple[int, dict[str, int]]]) -> None:
+    for can_id, values in messages:
+        database.encode_message(can_id, values, padding=True, strict=False)
+
+
+def _peer_decode(database: Database, frames: list[Frame]) -> None:
+    for can_id, data in frames:
+        database.decode_message(can_id, data, decode_choices=False, allow_truncated=True)
 
 
 def check_agreement(frames: Sequence[Frame], readings: Sequence[dict[str, int]]) -> None:
