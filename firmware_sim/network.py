@@ -45,18 +45,12 @@ class Network:
         self._gates: dict[Board, Gate] = {}  # of boards whose frames a switch spoils
 
     def gate(self, board: Board) -> Gate:
-        """What lies between a board and its bus; put there at the first call."""
+        """What lies between a board and its bus, put there now; gone once it changes nothing."""
         gate = self._gates.get(board)
         if gate is None:
             gate = self._gates[board] = Gate(board)
             self._reroute(board.on_frame, gate.on_frame)
         return gate
-
-    def ungate(self, board: Board) -> None:
-        """Take its gate away, if there is one: frames go straight to and from the board again."""
-        gate = self._gates.pop(board, None)
-        if gate is not None:
-            self._reroute(gate.on_frame, board.on_frame)
 
     def deliver(self, received: Mapping[int, Sequence[Received]]) -> None:
         """Hand to the boards what arrived on each bus and what boards sent each other."""
@@ -69,8 +63,10 @@ class Network:
                 for receiver in routes.get(can_id, ()):
                     receiver(can_id, data)
         if self._gates:
-            for gate in self._gates.values():
+            for board, gate in tuple(self._gates.items()):
                 gate.release()
+                if gate.is_idle:
+                    self._ungate(board)
 
     def tick(self) -> dict[int, list[Frame]]:
         """Run one millisecond of every board; frames sent, by bus."""
@@ -122,12 +118,19 @@ class Network:
         """Every board of a bus."""
         return tuple(self._buses.get(bus, ()))
 
+    def _ungate(self, board: Board) -> None:
+        gate = self._gates.pop(board)
+        self._reroute(gate.on_frame, board.on_frame)
+
     def _reroute(self, old: Receiver, new: Receiver) -> None:
         for routes in (*self._routes.values(), *(others for *_, others in self._ticking)):
             for can_id, receivers in routes.items():
                 if old in receivers:
                     routes[can_id] = tuple(new if r == old else r for r in receivers)
-        self._between = [(new if r == old else r, *rest) for r, *rest in self._between]
+        self._between = [
+            (new if receiver == old else receiver, can_id, data)
+            for receiver, can_id, data in self._between
+        ]
 
     def _place(self, spec: BoardSpec, board: Board) -> None:
         for address in board.addresses:
