@@ -3,6 +3,7 @@
 Reads   nothing but CAN frames
 Writes  plant_truth (for reports and experiments; no controller reads it)
 Serves  boards/push: a force on the hand, as a person would push it
+        boards/fault: a fault of a bus, a board, a drive or a sensor, on or off
 If the buses go away the boards fault as real ones do, and the limbs go limp.
 """
 
@@ -10,13 +11,14 @@ from collections.abc import Mapping
 
 from firmware_sim.network import RigError
 from firmware_sim.rig import Rig
+from firmware_sim.switch_table import FaultSpec, SwitchError
 from hal.buses.bus import FrameBus
 from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
 from services.emulation import rig_spec
-from services.messages import PlantTruth, PushRequest, Reply
-from services.streams import PLANT_TRUTH, PUSH_CALL
+from services.messages import FaultRequest, PlantTruth, PushRequest, Reply
+from services.streams import FAULT_CALL, PLANT_TRUTH, PUSH_CALL
 
 TICK_S = 0.001
 
@@ -26,7 +28,7 @@ class Boards(Service):
 
     reads = ()
     writes = (PLANT_TRUTH,)
-    serves = (PUSH_CALL,)
+    serves = (PUSH_CALL, FAULT_CALL)
     trigger = Period(TICK_S)
 
     def __init__(self, rig: Rig, buses: Mapping[int, FrameBus], truth_hz: int) -> None:
@@ -40,6 +42,8 @@ class Boards(Service):
         """One millisecond of every board and of the plant."""
         for token, push in inputs.requests(PUSH_CALL):
             outputs.reply(PUSH_CALL, token, self._push(push))
+        for token, fault in inputs.requests(FAULT_CALL):
+            outputs.reply(FAULT_CALL, token, self._switch(fault))
         received = {number: bus.receive_frames() for number, bus in self._buses.items()}
         sent = self._rig.step(received)
         for number, frames in sent.items():
@@ -56,6 +60,26 @@ class Boards(Service):
         except RigError as error:
             return Reply(ok=False, reason=str(error))
         return Reply(ok=True)
+
+    def _switch(self, fault: FaultRequest) -> Reply:
+        spec = FaultSpec(
+            kind=fault.kind,
+            bus=fault.bus,
+            address=fault.address,
+            axis=fault.axis,
+            value=fault.value,
+            can_id=fault.can_id,
+            count=fault.count,
+            share=fault.share,
+            seed=fault.seed,
+            milliseconds=fault.milliseconds,
+        )
+        switches = self._rig.switches
+        try:
+            done = switches.switch_on(spec) if fault.on else switches.switch_off(spec)
+        except SwitchError as error:
+            return Reply(ok=False, reason=str(error))
+        return Reply(ok=True, reason=done)
 
     def _truth(self, now_ns: int) -> PlantTruth:
         rig = self._rig

@@ -137,6 +137,29 @@ class CartesianStatus(Message, frozen=True, kw_only=True):
     refused: int = 0  # inputs that were not finite, out of order or of the wrong length
 
 
+class BoardStatus(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """One board of the robot file as it is found on its bus."""
+
+    name: str
+    bus: int
+    address: int
+    state: str  # ok | missing | wrong | silent | restarted | needs calibration
+    reason: str  # why it is not ok, empty when it is
+    since_ns: int
+
+
+class BusStatus(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """One CAN bus: whether it works, and what passes."""
+
+    number: int
+    state: str  # active | passive | off | nobody acknowledges
+    frames_received: int
+    frames_sent: int
+    frames_lost: int
+    errors: int
+    load_percent: float
+
+
 class RobotStatus(Message, frozen=True, kw_only=True):
     """The HAL's heartbeat."""
 
@@ -158,6 +181,9 @@ class RobotStatus(Message, frozen=True, kw_only=True):
     finished_task: int = 0  # every request up to this number has ended
     failed_tasks: tuple[tuple[int, str], ...] = ()  # the last ones that failed, and why
     clamped: tuple[tuple[str, int], ...] = ()  # sent, but not as given, by cause
+    boards: tuple[BoardStatus, ...] = ()
+    buses: tuple[BusStatus, ...] = ()
+    calibration: tuple[tuple[str, str], ...] = ()  # joint, and: done, pending or failed: reason
 
 
 class PlantTruth(Message, frozen=True, kw_only=True):
@@ -220,3 +246,19 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     ok: bool
     reason: str = ""
     task: int = 0  # where the work goes on after the answer: wait for it in finished_task
+
+
+class FaultRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """A fault of the emulated robot, on or off; see `ulna board faults` for kinds and needs."""
+
+    kind: str
+    on: bool = True
+    bus: int | None = None
+    address: int | None = None
+    axis: int | None = None
+    value: int | None = None
+    can_id: int | None = None
+    count: int = 0
+    share: float = 1.0
+    seed: int = 0
+    milliseconds: int = 0

@@ -7,6 +7,7 @@ from services.core.stream import Call, PlacedStream, Stream
 from services.messages import (
     CartesianStatus,
     DynamicsStatus,
+    FaultRequest,
     FtRequest,
     Goal,
     IkSolution,
@@ -50,3 +51,4 @@ ROBOT_CALL = Call("robot/request", RobotRequest, Reply)
 GUARD_CALL = Call("guard/request", RobotRequest, Reply)
 FT_CALL = Call("dynamics/zero_ft", FtRequest, Reply)
 PUSH_CALL = Call("boards/push", PushRequest, Reply)
+FAULT_CALL = Call("boards/fault", FaultRequest, Reply)
