@@ -27,6 +27,7 @@ class FingerSpec:
     name: str
     range_deg: tuple[float, float]  # hard stops; the spring opens it towards the first
     hall: tuple[int, ...] = ()  # MAIS channels whose Hall sensors see it; same bus as the motor
+    spring_nm_rad: float = 0.02  # assumed
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -52,6 +53,7 @@ class AxisSpec:
     mechanism: Literal["body", "single", "tendon"] = "body"
     inertia_kg_m2: float = 0.0  # single: what turns, joint side, rotor apart
     fingers: tuple[FingerSpec, ...] = ()  # tendon: what it pulls
+    motor_ticks_per_deg: float = -3.0  # tendon: its motor's encoder, per degree wound; assumed
     driven: bool = False  # its board runs elsewhere: POSITION frames say where the joint is
 
 

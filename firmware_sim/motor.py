@@ -1,12 +1,14 @@
-"""Brushed drives of all axes at once: PWM counts to current and to torque at the joint.
+"""Brushed drives of all axes at once: PWM counts to current and to torque at the joints.
 
-Supply and winding:  V pwm / full = R i + Kj dq       Kj = torque constant x gear, N m per ampere
-Torque at the joint: tau = Kj i
+Supply and winding:  V pwm / full = R i + Kj w        Kj = torque constant x gear, N m per ampere
+Torque of a motor:   Kj i, behind its gear
+At the joints:       w = S dq, tau = S' Kj i          S = speed of each motor per speed of a joint
 Winding inductance is left out (2 ms of it changed nothing). With the bridge off no current flows:
 neither drive nor braking.
 
-Positive PWM and positive current turn a joint by its polarity; angles and torques are joint-sided.
-Rotor inertia and friction belong to the mechanics; their joint-side values are kept here.
+S is in the sense of the PWM: without couplings it holds the polarities. Angles and torques are
+joint-sided. Rotor inertia and friction belong to the mechanics; their joint-side values are kept
+here. An axis without a motor is driven from elsewhere and gives no torque.
 Source of the values: the robot file; of the law: the inner-loop fact sheet, section 1.
 """
 
@@ -18,6 +20,18 @@ from numpy.typing import NDArray
 from firmware_sim.description import MotorSpec
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+Switches = NDArray[np.bool_]
+
+NO_MOTOR = MotorSpec(
+    supply_v=0.0,
+    torque_constant_nm_a=0.0,
+    resistance_ohm=1.0,
+    gear=0.0,
+    rotor_inertia_kg_m2=0.0,
+    coulomb_nm=0.0,
+    viscous_nms_rad=0.0,
+)
 
 
 class Drives:
@@ -27,41 +41,57 @@ class Drives:
     """
 
     def __init__(
-        self, motors: Sequence[MotorSpec], full_pwm: Sequence[int], polarity: Sequence[int]
+        self,
+        motors: Sequence[MotorSpec | None],
+        full_pwm: Sequence[int],
+        motor_speeds: Matrix,
+        step_s: float,
     ) -> None:
-        sign = np.array(polarity, dtype=np.float64)
-        nm_per_a = np.array([m.torque_constant_nm_a * m.gear for m in motors])
-        resistance_ohm = np.array([m.resistance_ohm for m in motors])
-        supply_v = np.array([m.supply_v for m in motors])
+        """`motor_speeds` is S (n, n); `step_s` is the time over which damping is implicit."""
+        specs = [NO_MOTOR if motor is None else motor for motor in motors]
+        n = len(specs)
+        self.S: Matrix = motor_speeds.copy()
+        self.S_T: Matrix = np.ascontiguousarray(motor_speeds.T)
+        nm_per_a = np.array([m.torque_constant_nm_a * m.gear for m in specs])
+        resistance_ohm = np.array([m.resistance_ohm for m in specs])
+        supply_v = np.array([m.supply_v for m in specs])
         self.a_per_count: Vector = supply_v / (resistance_ohm * np.array(full_pwm))
-        self.nm_per_count: Vector = sign * nm_per_a * self.a_per_count
-        self.coulomb_nm: Vector = np.array([m.coulomb_nm for m in motors])
-        self.rotor_kg_m2: Vector = np.array([m.rotor_inertia_kg_m2 * m.gear**2 for m in motors])
-        self._viscous_nms_rad = np.array([m.viscous_nms_rad for m in motors])
+        self.nm_per_count: Vector = nm_per_a * self.a_per_count
+        self.coulomb_nm: Vector = np.array([m.coulomb_nm for m in specs])
+        self.viscous_nms_rad: Vector = np.array([m.viscous_nms_rad for m in specs])
+        self._rotor_kg_m2 = np.array([m.rotor_inertia_kg_m2 * m.gear**2 for m in specs])
         self._back_emf_nms_rad = nm_per_a**2 / resistance_ohm
-        self._back_emf_as_rad = sign * nm_per_a / resistance_ohm
-        self.enabled: tuple[bool, ...] = ()
-        self.damping_nms_rad: Vector = np.empty(0)  # viscous friction and electric braking
-        self.braking_as_rad: Vector = np.empty(0)  # current that a joint's speed takes away
-        self.braking_nms_rad: Vector = np.empty(0)  # torque that a joint's speed takes away
-        self.power((False,) * len(motors))
+        self._back_emf_as_rad = nm_per_a / resistance_ohm
+        self._step_s = step_s
+        self.enabled: Switches = np.ones(n, dtype=np.bool_)
+        self.braking_as_rad: Vector = np.zeros(n)  # current that a motor's speed takes away
+        self.braking_nms_rad: Vector = np.zeros(n)  # torque that a motor's speed takes away
+        self.inertia_kg_m2: Matrix = np.zeros((n, n))  # rotors and braking over one step, at joints
+        self.inertia_diagonal: Vector = np.zeros(n)
+        self.power(np.zeros(n, dtype=np.bool_))
 
-    def power(self, enabled: tuple[bool, ...]) -> None:
+    def power(self, enabled: Switches) -> None:
         """Switch every bridge on or off."""
-        on = np.array(enabled, dtype=np.float64)
-        self.enabled = enabled
+        on = enabled.astype(np.float64)
+        self.enabled = enabled.copy()
         self.braking_as_rad = self._back_emf_as_rad * on
         self.braking_nms_rad = self._back_emf_nms_rad * on
-        self.damping_nms_rad = self._viscous_nms_rad + self.braking_nms_rad
+        at_motors = self._rotor_kg_m2 + self._step_s * self.braking_nms_rad
+        self.inertia_kg_m2 = self.S_T @ (at_motors[:, None] * self.S)
+        self.inertia_diagonal = self.inertia_kg_m2.diagonal().copy()
 
     def current_a(self, pwm: Vector, dq_rad_s: Vector) -> Vector:
-        """Winding currents in the sign of the PWM; `pwm` is zero where the bridge is off."""
-        current: Vector = self.a_per_count * pwm
-        current -= self.braking_as_rad * dq_rad_s
+        """Winding currents in the sense of the PWM; `pwm` is zero where the bridge is off."""
+        current: Vector = self.S @ dq_rad_s
+        current *= self.braking_as_rad
+        np.subtract(self.a_per_count * pwm, current, out=current)
         return current
 
     def torque_nm(self, pwm: Vector, dq_rad_s: Vector) -> Vector:
         """Torques that the motors exert on the joints, friction not yet taken off."""
-        torque: Vector = self.nm_per_count * pwm
-        torque -= self.braking_nms_rad * dq_rad_s
+        braking: Vector = self.S @ dq_rad_s
+        braking *= self.braking_nms_rad
+        at_motors: Vector = self.nm_per_count * pwm
+        at_motors -= braking
+        torque: Vector = self.S_T @ at_motors
         return torque

@@ -1,31 +1,38 @@
 """The emulated robot: boards on their buses, wired to the drives and sensors of one plant.
 
 One `step` is one millisecond, in this order: frames of the buses reach the boards; encoders,
-current sensors and gauges are read; every board runs its loop; the plant moves under the new PWM.
+current sensors and the sensor boards are read; every board runs its loop; the plant moves under the
+new PWM.
 """
 
 import math
 from collections.abc import Mapping, Sequence
-from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_sim.boards.board import Board
+from firmware_sim.boards.motor_board import MotorBoard
 from firmware_sim.description import AxisSpec, RigSpec
 from firmware_sim.limits import LimitCounter
 from firmware_sim.network import Network, RigError
-from firmware_sim.plants.rigid import STEP_S, RigidPlant
-from firmware_sim.transducer import Transducer
+from firmware_sim.plants.couplings import (
+    CoupledBoard,
+    coupled_board,
+    encoder_readout,
+    motor_speeds,
+)
+from firmware_sim.plants.plant import STEP_S, Plant
+from firmware_sim.senses import Senses, touch
+from firmware_sim.switches import Switches
+from firmware_sim.wires import Encoders, Wires, resting_counts, with_motor_encoders
 from hal.wire.can import Frame, Received
 
 Vector = NDArray[np.float64]
 Vector3 = tuple[float, float, float]
 
-ENCODER_MASK = 0xFFF  # absolute encoders: 12 bits a turn
-NO_MASK = -1  # incremental encoders count on
-FULL_PWM_COUNTS = {"bll_ie": 800, "dc4": 1333}  # 100 % of the supply (can-protocol 9.3)
-MA_PER_A = 1000.0
+FULL_PWM_COUNTS = {"bll": 1333, "bll_ie": 800, "bll_dc": 800, "dc4": 1333}
+"""100 % of the supply (can-protocol 9.3)."""
 
 
 class Rig:
@@ -33,37 +40,45 @@ class Rig:
 
     def __init__(self, spec: RigSpec) -> None:
         self._network = Network(spec.boards, spec.sensors)
-        for axis in spec.axes:
-            self._network.axis(axis).port.raw_encoder = _counts(axis)
-            self.board(axis.bus, axis.address).power_cycle()  # wakes where the joint stands
+        self.switches = Switches(self._network, sorted({board.bus for board in spec.boards}))
         moved = [axis for axis in spec.axes if axis.joint is not None]
-        self._axes = [self._network.axis(axis) for axis in moved]
-        self._every_axis = self._network.axes()
-        self._ports = [axis.port for axis in self._axes]
-        self._encoders = [_encoder(axis) for axis in moved]
-        self.plant = RigidPlant(
-            spec.plant, moved, spec.sensors, [self._full_pwm(axis) for axis in moved]
-        )
+        boards = [_coupling(axis, spec.axes, self._network) for axis in moved]
+        speeds = motor_speeds(moved, boards)
+        full_pwm = [self._full_pwm(axis) for axis in moved]
+        self.plant = Plant(spec.plant, moved, spec.sensors, full_pwm, speeds)
         self.joints = self.plant.joints
-        self._gauges = [
-            (self.board(sensor.bus, sensor.address), Transducer(sensor, spec.plant.seed, index))
-            for index, sensor in enumerate(spec.sensors)
-        ]
-        self._limits = LimitCounter([axis.limit_deg for axis in moved])
-        self._push_n: Vector = np.zeros(3)
+        readout = with_motor_encoders(encoder_readout(moved, boards), moved, speeds)
+        self._encoders = Encoders(moved, readout, self.plant.x)
+        own = [(i, axis) for i, axis in enumerate(moved) if not axis.driven]
+        self._axes = [self._network.axis(axis) for _, axis in own]
+        self._own = [i for i, _ in own]
+        self._every_axis = self._network.axes()
+        self._wires = Wires(
+            [None if axis.driven else self._network.axis(axis).port for axis in moved]
+        )
+        self._senses = Senses(spec, self._network, self.plant)
+        self._limits = LimitCounter([axis.limit_deg for _, axis in own])
+        self._push_n: Vector | None = None
         self._push_ticks = 0
+        self._wake(spec)
 
     def step(self, received: Mapping[int, Sequence[Received]]) -> dict[int, list[Frame]]:
         """Run one millisecond: frames that arrived on each bus in, frames sent on each bus out."""
+        switches = self.switches
+        if switches.active:
+            received = switches.before(received)
         self._network.deliver(received)
-        self._read_sensors()
+        if self.plant.driven.buses:
+            self.plant.driven.listen(received)
+        self._wires.show(self._encoders.read(self.plant.x), self.plant.current_a())
+        self._senses.feel()
+        if switches.active:
+            switches.hold()
         sent = self._network.tick()
+        if switches.active:
+            sent = switches.after(sent)
         self._move()
-        angles = self.plant.q_rad.tolist()
-        if self._limits.waiting:
-            calibrated = [axis.calibrated for axis in self._axes]
-            self._limits.admit(angles, self.plant.dq_rad_s.tolist(), calibrated)
-        self._limits.step(angles)
+        self._watch_limits()
         return sent
 
     def push(self, force_n: Sequence[float], duration_s: float) -> None:
@@ -76,6 +91,26 @@ class Rig:
             raise RigError(f"cannot push with {tuple(force_n)} N for {duration_s} s")
         self._push_n = np.array(force_n, dtype=np.float64)
         self._push_ticks = max(1, round(duration_s / STEP_S))
+
+    def touch(self, bus: int, address: int, triangle: int, pressure: float) -> None:
+        """Press a triangle of the skin: 0 lets go, 1 is as hard as it can feel.
+
+        Raises:
+            RigError: there is no such triangle, or the pressure is outside 0 to 1.
+        """
+        touch(self.board(bus, address), triangle, pressure)
+
+    def grasp(self, finger: str, angle_deg: float | None) -> None:
+        """Put something into a hand that one finger joint cannot close beyond; None takes it away.
+
+        Raises:
+            RigError: there is no such finger joint.
+        """
+        tendons = self.plant.mechanisms.tendons
+        known = [spec.name for spec in tendons.fingers]
+        if finger not in known:
+            raise RigError(f"no finger joint {finger!r}; there are {', '.join(known) or 'none'}")
+        tendons.block(finger, None if angle_deg is None else math.radians(angle_deg))
 
     def board(self, bus: int, address: int) -> Board:
         """The board that owns an address.
@@ -106,6 +141,11 @@ class Rig:
         return sum(self._limits.ticks)
 
     @property
+    def limits_waiting(self) -> tuple[str, ...]:
+        """Joints that are not yet held to their limits; driven ones never are."""
+        return tuple(self.joints[self._own[k]] for k in self._limits.waiting)
+
+    @property
     def board_faults(self) -> int:
         """Times that an axis of any board went into hardware fault."""
         return sum(axis.fault_entries for axis in self._every_axis)
@@ -115,45 +155,48 @@ class Rig:
         (x, y, z), (a, b, c) = (part.tolist() for part in self.plant.tip_pose())
         return (x, y, z), (a, b, c)
 
+    def _wake(self, spec: RigSpec) -> None:
+        """Let the boards boot where the joints stand."""
+        for axis in spec.axes:
+            if axis.joint is None:
+                self._network.axis(axis).port.raw_encoder = resting_counts(axis)
+        self._wires.show(self._encoders.read(self.plant.x), self.plant.current_a())
+        for axis in spec.axes:
+            if not axis.driven:
+                self.board(axis.bus, axis.address).power_cycle()
+
     def _full_pwm(self, axis: AxisSpec) -> int:
+        if axis.driven:
+            return 1  # of no use: its motor is elsewhere
         board_type = self._network.board_type(axis)
         if axis.motor is None or board_type not in FULL_PWM_COUNTS:
             raise RigError(f"{axis.joint} has no motor, or {board_type} is no motor board")
         return FULL_PWM_COUNTS[board_type]
 
-    def _read_sensors(self) -> None:
-        angles = self.plant.q_rad.tolist()
-        currents = self.plant.current_a().tolist()
-        for port, (per_rad, zero, offset, mask), angle, current in zip(
-            self._ports, self._encoders, angles, currents, strict=True
-        ):
-            port.raw_encoder = floor(angle * per_rad + zero) + offset & mask
-            port.current_ma = int(current * MA_PER_A)
-        for (board, gauge), wrench in zip(self._gauges, self.plant.wrenches, strict=True):
-            board.raw_adc[:] = gauge.words(wrench)
-
     def _move(self) -> None:
-        pwm = [port.pwm if port.enabled else 0 for port in self._ports]
-        enabled = tuple([port.enabled for port in self._ports])
+        pwm, enabled = self._wires.command()
         if self._push_ticks:
             self._push_ticks -= 1
-            self.plant.step_pushed(pwm, enabled, self._push_n)
+            self.plant.step(pwm, enabled, self._push_n)
         else:
             self.plant.step(pwm, enabled)
 
-
-def _encoder(axis: AxisSpec) -> tuple[float, float, int, int]:
-    """Ticks per radian, ticks at zero radians, ticks added, and the mask of the encoder's width."""
-    per_rad = math.degrees(axis.ticks_per_deg)
-    # Half a tick: whoever calibrated zero_deg centred it, so that readings err to both sides alike.
-    zero = axis.zero_deg * axis.ticks_per_deg + 0.5
-    if axis.absolute_offset is not None:
-        return per_rad, zero, axis.absolute_offset, ENCODER_MASK
-    at_power_up = floor(math.radians(axis.start_deg) * per_rad + zero)
-    return per_rad, zero, -at_power_up, NO_MASK
+    def _watch_limits(self) -> None:
+        angles = self.plant.q_rad.tolist()
+        if len(self._own) < len(angles):
+            angles = [angles[i] for i in self._own]
+        if self._limits.waiting:
+            self._limits.admit(angles, [axis.calibrated for axis in self._axes])
+        self._limits.step(angles)
 
 
-def _counts(axis: AxisSpec) -> int:
-    """What the axis's encoder shows at power-up."""
-    per_rad, zero, offset, mask = _encoder(axis)
-    return floor(math.radians(axis.start_deg) * per_rad + zero) + offset & mask
+def _coupling(axis: AxisSpec, axes: Sequence[AxisSpec], network: Network) -> CoupledBoard | None:
+    """What the firmware of an axis's board couples; None for a board elsewhere."""
+    if axis.driven:
+        return None
+    board = network.board(axis.bus, axis.address)
+    if not isinstance(board, MotorBoard):
+        return None
+    place = (axis.bus, board.addresses[0], 0)
+    first = next((a for a in axes if (a.bus, a.address, a.axis) == place), None)
+    return coupled_board(board.firmware, board.addresses, first)

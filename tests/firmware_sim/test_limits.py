@@ -10,7 +10,7 @@ def counted(angles_deg: list[float], calibrated_from: int = 0) -> int:
     for tick, angle in enumerate(angles_deg):
         q_rad = [math.radians(angle)]
         if counter.waiting:
-            counter.admit(q_rad, [0.0], [tick >= calibrated_from])
+            counter.admit(q_rad, [tick >= calibrated_from])
         counter.step(q_rad)
     return counter.ticks[0]
 
@@ -31,19 +31,19 @@ def test_joint_is_not_counted_before_its_board_calls_it_calibrated() -> None:
     assert counted([0.0, 30.0, 30.0, 0.0, 30.0], calibrated_from=3) == 1
 
 
-def test_joint_that_falls_through_its_range_is_not_held_to_it_yet() -> None:
+def test_joint_counts_from_the_tick_in_which_it_is_calibrated_inside_its_limits() -> None:
     counter = LimitCounter([(-10.0, 20.0)])
-    counter.admit([math.radians(19.0)], [0.5], [True])
-    assert counter.waiting
+    counter.admit([math.radians(25.0)], [True])
+    assert counter.waiting == [0]
+    counter.admit([math.radians(19.0)], [True])
+    assert counter.waiting == []
     counter.step([math.radians(25.0)])
-    assert counter.ticks == [0]
-    counter.admit([math.radians(19.0)], [0.0], [True])
-    assert not counter.waiting
+    assert counter.ticks == [1]
 
 
 def test_joints_are_counted_apart() -> None:
     counter = LimitCounter([(-1.0, 1.0), (-2.0, 2.0)])
-    counter.admit([0.0, 0.0], [0.0, 0.0], [True, True])
+    counter.admit([0.0, 0.0], [True, True])
     counter.step([math.radians(1.5), math.radians(1.5)])
     assert counter.ticks == [1, 0]
-    assert not counter.waiting
+    assert counter.waiting == []

@@ -6,6 +6,8 @@ import pytest
 from firmware_sim.description import MotorSpec
 from firmware_sim.motor import Drives
 
+STEP_S = 0.001
+
 # 36 V, 1 ohm, 4.7 Nm/A at the joint: the shoulder
 SHOULDER = MotorSpec(
     supply_v=36.0,
@@ -19,8 +21,8 @@ SHOULDER = MotorSpec(
 
 
 def drives(enabled: bool = True, polarity: int = 1) -> Drives:
-    made = Drives([SHOULDER, SHOULDER], [800, 1333], [polarity, polarity])
-    made.power((enabled, enabled))
+    made = Drives([SHOULDER, SHOULDER], [800, 1333], np.diag([polarity, polarity]) * 1.0, STEP_S)
+    made.power(np.array([enabled, enabled]))
     return made
 
 
@@ -50,7 +52,7 @@ def test_open_bridge_neither_drives_nor_brakes() -> None:
     off = drives(enabled=False)
     assert off.torque_nm(np.zeros(2), np.full(2, 3.0)).tolist() == [0.0, 0.0]
     assert off.current_a(np.zeros(2), np.full(2, 3.0)).tolist() == [0.0, 0.0]
-    assert off.damping_nms_rad.tolist() == [0.5, 0.5]  # the gear still has its friction
+    assert off.viscous_nms_rad.tolist() == [0.5, 0.5]  # the gear still has its friction
 
 
 def test_negative_polarity_turns_torque_and_keeps_the_current_in_the_pwms_sign() -> None:
@@ -61,4 +63,26 @@ def test_negative_polarity_turns_torque_and_keeps_the_current_in_the_pwms_sign()
 
 
 def test_rotor_inertia_is_seen_through_the_gear_squared() -> None:
-    assert drives().rotor_kg_m2 == pytest.approx([0.1, 0.1])
+    assert drives(enabled=False).inertia_kg_m2 == pytest.approx(np.diag([0.1, 0.1]))
+
+
+def test_braking_over_a_step_counts_as_inertia() -> None:
+    braked = 0.1 + STEP_S * 4.7**2
+    assert drives().inertia_diagonal == pytest.approx([braked, braked])
+
+
+def test_differential_adds_its_motors_torques_at_one_joint_and_cancels_them_at_the_other() -> None:
+    waist = Drives([SHOULDER, SHOULDER], [800, 800], np.array([[1.0, -1.0], [1.0, 1.0]]), STEP_S)
+    waist.power(np.ones(2, dtype=np.bool_))
+    each = 100 * 4.7 * 36 / 800
+    assert waist.torque_nm(np.array([100.0, 100.0]), np.zeros(2)) == pytest.approx([2 * each, 0.0])
+    # joint 0 turns both motors at its own speed, joint 1 turns them against each other
+    braked = 2 * (0.1 + STEP_S * 4.7**2)
+    assert waist.inertia_kg_m2 == pytest.approx(np.diag([braked, braked]))
+    assert waist.current_a(np.zeros(2), np.array([0.0, 0.1])) == pytest.approx([0.47, -0.47])
+
+
+def test_axis_without_a_motor_gives_no_torque() -> None:
+    axis = Drives([None], [1], np.eye(1), STEP_S)
+    axis.power(np.ones(1, dtype=np.bool_))
+    assert axis.torque_nm(np.array([500.0]), np.ones(1)).tolist() == [0.0]

@@ -68,7 +68,7 @@ def make(monkeypatch: pytest.MonkeyPatch, exact_spec: RigSpec) -> RigSpec:
 
 
 def drive(rig: Rig, joint: int, pwm: int, ticks: int) -> None:
-    port = rig._ports[joint]
+    port = dict(rig._wires._ports)[joint]
     port.pwm, port.enabled = pwm, True
     for _ in range(ticks):
         rig.step({})
@@ -90,7 +90,7 @@ def test_third_axis_of_a_4dc_answers_at_the_second_address(make: RigSpec) -> Non
     assert recording(rig, 2, 4) is board
     # wrist yaw at 0 deg: 180 * 11.375 = 2047.5 to the nearest, plus 1058
     assert board.ports[2].raw_encoder == 3106
-    assert rig._ports[9] is board.ports[2]
+    assert dict(rig._wires._ports)[9] is board.ports[2]
 
 
 def test_incremental_encoder_counts_from_power_up(make: RigSpec) -> None:
@@ -127,7 +127,7 @@ def test_pwm_behind_an_open_bridge_moves_nothing(make: RigSpec) -> None:
 
 def test_open_bridge_carries_no_current(make: RigSpec) -> None:
     rig = Rig(make)
-    rig.plant.dq_rad_s[ELBOW] = 2.0
+    rig.plant.dx[ELBOW] = 2.0
     rig.step({})
     rig.step({})
     assert recording(rig, 2, 2).ports[1].current_ma == 0
@@ -204,10 +204,17 @@ def test_limit_violations_count_what_the_plant_does(make: RigSpec) -> None:
     assert rig.limit_violations == 0  # nobody has calibrated it
     recording(rig, 2, 2).axes[1].calibrated = True
     drive(rig, ELBOW, -400, 150)  # back inside
-    drive(rig, ELBOW, 0, 300)  # to rest there
     assert 15.0 < np.degrees(rig.q_rad[ELBOW]) < 106.0
     drive(rig, ELBOW, 760, 700)
     assert 0 < rig.limit_violations < 700
+
+
+def test_joints_that_wait_for_their_limits_are_named(make: RigSpec) -> None:
+    rig = Rig(make)
+    assert rig.limits_waiting == rig.joints
+    recording(rig, 2, 2).axes[1].calibrated = True
+    rig.step({})
+    assert rig.limits_waiting == tuple(name for name in rig.joints if name != "r_elbow")
 
 
 def test_board_faults_add_up_over_all_axes(make: RigSpec) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firmware_sim.description import SensorSpec
-from firmware_sim.transducer import Transducer
+from firmware_sim.transducer import Transducers
 
 SENSOR = SensorSpec(
     name="arm",
@@ -19,8 +19,8 @@ EXACT = replace(SENSOR, noise=(0.0, 0.0), offset=(0.0, 0.0))
 
 
 def test_words_are_those_of_the_worked_examples() -> None:
-    gauge = Transducer(EXACT, seed=1, index=0)
-    words = gauge.words(np.array([0.0, -10.0, 50.0, 1.0, -0.5, 0.2]))
+    gauge = Transducers([EXACT], seed=1)
+    (words,) = gauge.words(np.array([[0.0, -10.0, 50.0, 1.0, -0.5, 0.2]]))
     # can-protocol 12, examples 26 and 27, whose bytes are truncated where this converter rounds
     examples = [0x8000, 0x7F3A, 0x8341, 0x83C4, 0x7E2C, 0x812A]
     assert np.abs(np.subtract(words, examples)).max() <= 1
@@ -29,20 +29,16 @@ def test_words_are_those_of_the_worked_examples() -> None:
 
 
 def test_words_stop_at_the_rails() -> None:
-    gauge = Transducer(EXACT, seed=1, index=0)
-    assert gauge.words(np.array([1e5, -1e5, 0.0, 1e3, -1e3, 0.0])) == [
-        0xFFFF,
-        0,
-        0x8000,
-        0xFFFF,
-        0,
-        0x8000,
+    gauge = Transducers([EXACT], seed=1)
+    assert gauge.words(np.array([[1e5, -1e5, 0.0, 1e3, -1e3, 0.0]])) == [
+        [0xFFFF, 0, 0x8000, 0xFFFF, 0, 0x8000]
     ]
 
 
 def samples(sensor: SensorSpec, seed: int, index: int = 0) -> np.ndarray:
-    gauge = Transducer(sensor, seed, index)
-    words = np.array([gauge.words(np.zeros(6)) for _ in range(2500)])
+    gauge = Transducers([sensor] * (index + 1), seed)
+    still = np.zeros((index + 1, 6))
+    words = np.array([gauge.words(still)[index] for _ in range(2500)])
     values: np.ndarray = (words - 0x8000) * np.array(sensor.full_scale) / 0x8000
     return values
 
@@ -54,7 +50,7 @@ def test_noise_has_the_deviation_of_the_description() -> None:
 
 def test_offset_is_constant_and_within_its_bound() -> None:
     mean = samples(replace(SENSOR, noise=(0.0, 0.0)), seed=3).mean(axis=0)
-    offset = Transducer(SENSOR, seed=3, index=0).offset
+    offset = Transducers([SENSOR], seed=3).offset[0]
     quantum = np.array(SENSOR.full_scale) / 0x8000
     assert np.abs(mean - offset).max() <= quantum.max() / 2
     assert np.abs(offset[:3]).max() <= 2.0

@@ -10,18 +10,20 @@ from scipy.integrate import solve_ivp
 
 from dforc.robot_model import RobotModel
 from firmware_sim.description import MotorSpec, RigSpec
-from firmware_sim.plants.rigid import RigidPlant
+from firmware_sim.plants.couplings import motor_speeds
+from firmware_sim.plants.plant import Plant
 
 Vector = NDArray[np.float64]
 
 FULL = (800,) * 7 + (1333,) * 3
-ON, OFF = (True,) * 10, (False,) * 10
-REST = (0,) * 10
+ON, OFF = np.ones(10, dtype=np.bool_), np.zeros(10, dtype=np.bool_)
+REST = np.zeros(10)
 ELBOW, PROSUP = 6, 7
 
 
-def plant_of(spec: RigSpec, step_s: float = 0.001) -> RigidPlant:
-    return RigidPlant(spec.plant, spec.axes, spec.sensors, FULL, step_s)
+def plant_of(spec: RigSpec, step_s: float = 0.001) -> Plant:
+    S = motor_speeds(spec.axes, [None] * 10)
+    return Plant(spec.plant, spec.axes, spec.sensors, FULL, S, step_s)
 
 
 def model_of(spec: RigSpec) -> RobotModel:
@@ -38,8 +40,8 @@ def with_motors(spec: RigSpec, **changes: float) -> RigSpec:
     return replace(spec, axes=axes)
 
 
-def counts(plant: RigidPlant, joint: int, torque_nm: float) -> list[int]:
-    pwm = [0] * 10
+def counts(plant: Plant, joint: int, torque_nm: float) -> Vector:
+    pwm = np.zeros(10)
     pwm[joint] = round(torque_nm / float(plant.drives.nm_per_count[joint]))
     return pwm
 
@@ -96,7 +98,7 @@ def test_joint_above_its_coulomb_torque_moves(exact_spec: RigSpec) -> None:
 
 def test_moving_joint_comes_to_rest_where_friction_holds_it(exact_spec: RigSpec) -> None:
     plant = plant_of(exact_spec)
-    plant.dq_rad_s[PROSUP] = 2.0
+    plant.dx[PROSUP] = 2.0
     for _ in range(1000):
         plant.step(REST, OFF)
     stopped = plant.q_rad[PROSUP]
@@ -108,7 +110,7 @@ def test_moving_joint_comes_to_rest_where_friction_holds_it(exact_spec: RigSpec)
 def test_open_bridge_does_not_brake(exact_spec: RigSpec) -> None:
     braked, free = plant_of(exact_spec), plant_of(exact_spec)
     for plant, enabled in ((braked, ON), (free, OFF)):
-        plant.dq_rad_s[ELBOW] = 2.0
+        plant.dx[ELBOW] = 2.0
         for _ in range(50):
             plant.step(REST, enabled)
     assert braked.dq_rad_s[ELBOW] < 0.2
@@ -119,7 +121,7 @@ def test_negative_polarity_turns_the_joint_the_other_way(exact_spec: RigSpec) ->
     axes = list(exact_spec.axes)
     axes[PROSUP] = replace(axes[PROSUP], pwm_polarity=-1)
     turned = plant_of(replace(exact_spec, axes=tuple(axes)))
-    pwm = [0] * 10
+    pwm = np.zeros(10)
     pwm[PROSUP] = 400
     for _ in range(200):
         turned.step(pwm, ON)
@@ -130,7 +132,7 @@ def test_negative_polarity_turns_the_joint_the_other_way(exact_spec: RigSpec) ->
 def test_hard_stop_holds_full_pwm_without_bouncing(exact_spec: RigSpec) -> None:
     plant = plant_of(exact_spec)
     stop_rad = np.radians(exact_spec.axes[ELBOW].hard_stop_deg[1])
-    pwm, reached = [0] * 10, []
+    pwm, reached = np.zeros(10), []
     pwm[ELBOW] = 760
     for _ in range(2000):
         plant.step(pwm, ON)
@@ -144,7 +146,7 @@ def test_hard_stop_holds_full_pwm_without_bouncing(exact_spec: RigSpec) -> None:
 def test_light_wrist_is_stable_in_its_stop(exact_spec: RigSpec) -> None:
     plant = plant_of(exact_spec)
     stop_rad = np.radians(exact_spec.axes[PROSUP].hard_stop_deg[1])
-    pwm = [0] * 10
+    pwm = np.zeros(10)
     pwm[PROSUP] = 900
     for _ in range(3000):
         plant.step(pwm, ON)
@@ -161,7 +163,7 @@ def tracking_tips(spec: RigSpec, step_s: float) -> Vector:
     for tick in range(800):
         way = min(tick / 500.0, 1.0)
         error = begin + move * (10 * way**3 - 15 * way**4 + 6 * way**5) - plant.q_rad
-        pwm = [int(min(max(value, -700), 700)) for value in gain * error]
+        pwm = np.trunc(np.clip(gain * error, -700.0, 700.0))
         for _ in range(round(0.001 / step_s)):
             plant.step(pwm, ON)
         tips.append(plant.tip_pose()[0])
@@ -176,12 +178,12 @@ def test_one_millisecond_follows_a_tenth_of_it_within_half_a_millimetre(spec: Ri
 
 def test_sensor_reads_what_the_urdfs_model_says_of_the_same_motion(exact_spec: RigSpec) -> None:
     plant, model = plant_of(exact_spec), model_of(exact_spec)
-    pwm = [40, -30, 60, 50, -20, 70, 80, 300, -200, 100]
+    pwm = np.array([40.0, -30, 60, 50, -20, 70, 80, 300, -200, 100])
     for _ in range(5):
         q, dq = plant.q_rad.copy(), plant.dq_rad_s.copy()
         plant.step(pwm, ON)
-    wrench = model.sensor_wrench(q, dq, plant.ddq_rad_s2, "ft")
-    assert np.abs(plant.ddq_rad_s2).max() > 1.0
+    wrench = model.sensor_wrench(q, dq, plant.ddx, "ft")
+    assert np.abs(plant.ddx).max() > 1.0
     assert plant.wrenches[0] == pytest.approx(wrench, abs=1e-9)
 
 
@@ -190,28 +192,28 @@ def test_push_reaches_the_sensor_and_the_joints_as_newton_and_euler_say(
 ) -> None:
     plant, model = plant_of(exact_spec), model_of(exact_spec)
     q, dq, force = plant.q_rad.copy(), np.zeros(10), np.array([3.0, -20.0, 7.0])
-    plant.step_pushed(REST, OFF, force)
+    plant.step(REST, OFF, force)
     (R, p), (_, tip) = model.sensor_pose(q, "ft"), model.tip_pose(q)
     added = np.concatenate((R.T @ force, R.T @ np.cross(tip - p, force)))
-    inner = model.sensor_wrench(q, dq, plant.ddq_rad_s2, "ft")
+    inner = model.sensor_wrench(q, dq, plant.ddx, "ft")
     assert plant.wrenches[0] == pytest.approx(inner + added, abs=1e-9)
     # drives are off and nothing moved yet: what accelerates the links is gravity and the push
-    driven = model.rnea(q, dq, plant.ddq_rad_s2) - model.tip_jacobian(q)[:3].T @ force
-    opposed = plant._armature[plant._at] * plant.ddq_rad_s2
+    driven = model.rnea(q, dq, plant.ddx) - model.tip_jacobian(q)[:3].T @ force
+    opposed = plant.rigid._armature[plant.rigid._at] * plant.ddx
     assert driven == pytest.approx(-opposed, abs=1e-8)
 
 
 def test_push_of_nothing_is_a_plain_step(spec: RigSpec) -> None:
     pushed, plain = plant_of(spec), plant_of(spec)
     for _ in range(20):
-        pushed.step_pushed(REST, ON, np.zeros(3))
+        pushed.step(REST, ON, np.zeros(3))
         plain.step(REST, ON)
     assert pushed.q_rad.tolist() == plain.q_rad.tolist()
     assert pushed.wrenches[0] == pytest.approx(plain.wrenches[0], abs=1e-12)
 
 
 def bodies(spec: RigSpec) -> tuple[Vector, Vector]:
-    model = plant_of(spec)._cut
+    model = plant_of(spec).rigid._cut
     masses = np.array([model.inertias[i].mass for i in range(1, model.njoints)])
     return masses, np.array([model.inertias[i].lever for i in range(1, model.njoints)])
 
@@ -230,8 +232,8 @@ def test_masses_and_levers_are_off_by_what_the_spec_says(
 
 
 def test_model_without_the_cut_weighs_the_same(spec: RigSpec) -> None:
-    plant = plant_of(spec)
-    assert pin.computeTotalMass(plant._model) == pytest.approx(pin.computeTotalMass(plant._cut))
+    rigid = plant_of(spec).rigid
+    assert pin.computeTotalMass(rigid._model) == pytest.approx(pin.computeTotalMass(rigid._cut))
 
 
 def test_seed_decides_the_draws_and_levers_do_not_hang_on_masses(spec: RigSpec) -> None:
