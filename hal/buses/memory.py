@@ -23,6 +23,7 @@ class Faults:
     drop_next: int = 0  # frames that vanish, from the next one on
     drop_ids: set[int] = field(default_factory=set)  # identifiers that always vanish
     corrupt_next: int = 0  # frames whose data bytes arrive inverted
+    duplicate_next: int = 0  # frames that arrive twice
     delay_ns: int = 0  # in addition to the network's
 
 
@@ -123,15 +124,19 @@ class MemoryBus(TupleBus):
             self._lost += len(frames)
             return []
         passed: list[Frame] = []
+        dropped = 0
         for can_id, data in frames:
             if faults.drop_next > 0 or can_id in faults.drop_ids:
                 faults.drop_next = max(0, faults.drop_next - 1)
+                dropped += 1
             elif faults.corrupt_next > 0:
                 faults.corrupt_next -= 1
                 passed.append((can_id, bytes(byte ^ 0xFF for byte in data)))
+            elif faults.duplicate_next > 0:
+                faults.duplicate_next -= 1
+                passed += [(can_id, data)] * 2
             else:
                 passed.append((can_id, data))
-        dropped = len(frames) - len(passed)
         for member in self._members:
             if dropped and member is not self:
                 member.count_lost(dropped)

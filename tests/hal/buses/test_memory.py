@@ -87,6 +87,13 @@ def test_corruption_inverts_the_data_and_is_not_a_loss(wire: Wire) -> None:
     assert wire.host.frames_lost == 0
 
 
+def test_a_duplicated_frame_arrives_twice(wire: Wire) -> None:
+    wire.faults.duplicate_next = 1
+    wire.board.send_frames([(0x100, b"\x01"), (0x101, b"\x02")])
+    assert wire.received() == [(0x100, b"\x01"), (0x100, b"\x01"), (0x101, b"\x02")]
+    assert wire.host.frames_lost == 0
+
+
 def test_extra_delay_adds_to_the_networks(wire: Wire) -> None:
     wire.faults.delay_ns = 2 * NS_PER_MS
     wire.board.send_frames([(0x100, b"\x01")])
