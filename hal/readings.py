@@ -59,6 +59,54 @@ class ForceTorqueSample(msgspec.Struct, frozen=True, gc=False):
     arrival_ns: int  # of the second frame, 0xB
     saturated: bool = False
     channels: tuple[int, ...] = ()  # while saturated: 0 ok, 1 low, 2 high, per channel
+    frozen: bool = False  # the sensor repeats one sample where noise is expected
+
+    @property
+    def is_fresh(self) -> bool:
+        """Whether this is a reading, and not the repetition of one."""
+        return not (self.saturated or self.frozen)
+
+
+class HallSample(msgspec.Struct, frozen=True, gc=False):
+    """The 15 Hall sensors of a hand, HES0 first, 0 to 255."""
+
+    hall_counts: tuple[int, ...]
+    arrival_ns: int  # of the second frame
+
+
+class SkinSample(msgspec.Struct, frozen=True, gc=False):
+    """All taxels of one board: 12 x triangle + taxel. Pressure lowers a taxel below `no_load`.
+
+    A triangle that was not heard in this period, or whose error is not 0, shows older values.
+    """
+
+    taxels: bytes  # 192
+    errors: bytes  # per triangle: 0 ok, 1 no answer, 2 not connected
+    out_of_range: tuple[int, ...]  # per triangle, bit i = taxel i
+    heard: int  # bit per triangle
+    arrival_ns: int  # of the last tail
+    no_load: int
+
+
+class InertialSample(msgspec.Struct, frozen=True, gc=False):
+    """Gyroscope and accelerometer of an MTB board, in the sensors' own axes."""
+
+    gyro_rad_s: Triple
+    acceleration_m_s2: Triple  # at rest g upwards
+    arrival_ns: int  # of the second frame
+
+
+class ImuSample(msgspec.Struct, frozen=True, gc=False):
+    """One acquisition of an IMU, in its own axes; the quaternion turns them into the earth's."""
+
+    quaternion: tuple[float, float, float, float]  # w, x, y, z
+    gyro_rad_s: Triple
+    acceleration_m_s2: Triple  # at rest g upwards
+    magnetic_t: Triple
+    calibration: tuple[int, int, int]  # gyroscope, accelerometer, magnetometer: 0 to 3
+    sequence: int  # 0 to 255
+    lost: int  # acquisitions between the previous sample and this one
+    arrival_ns: int  # of the last frame
 
 
 class BoardReport(msgspec.Struct, frozen=True, kw_only=True):

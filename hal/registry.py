@@ -18,7 +18,11 @@ BOARDS = {
     "bll_dc": "hal.boards.bll_dc:BllDc",
     "bll_ie": "hal.boards.bll_ie:BllIe",
     "dc4": "hal.boards.dc4:Dc4",
+    "imu": "hal.boards.imu:Imu",
+    "mais": "hal.boards.mais:Mais",
+    "mtb": "hal.boards.mtb:Mtb",
     "strain": "hal.boards.strain:Strain",
+    "strain2": "hal.boards.strain2:Strain2",
 }
 
 
@@ -26,6 +30,8 @@ class BoardType(Protocol):
     """A class of the registry."""
 
     addresses: int  # consecutive addresses that such a board owns
+    full_pwm: int  # PWM count of a bridge that is always on
+    max_current_ma: int  # largest current limit that it accepts
 
     def __call__(self, parts: Parts) -> HostBoard:
         """Make the host side of one board."""

@@ -1,10 +1,12 @@
-"""Host side of the STRAIN force/torque sensor: pairs of frames, full scales, saturation."""
+"""Host side of the STRAIN force/torque sensor: pairs of frames, full scales, supervision."""
 
 from collections import deque
 from collections.abc import Iterable
 
-from hal.boards.board import Parts, Pulse, ask, board_name, refusal, sent
-from hal.line import Trace
+from hal.boards.board import Parts, Pulse, ask, board_name, sent
+from hal.boards.sensor import KEPT_SAMPLES, MS, SensorBoard, reply_key
+from hal.boards.supervision import Supervision
+from hal.line import Handler
 from hal.readings import ForceTorqueSample
 from hal.tasks import Sequence
 from hal.wire import analog
@@ -12,80 +14,60 @@ from hal.wire.analog import TxMode
 from hal.wire.can import CLASS_ANALOG_PERIODIC, Frame, frame_id
 from hal.wire.management import BoardType
 
-PERIOD_MS = 1
-PAIR_NS = PERIOD_MS * 1_000_000
-KEPT_SAMPLES = 256
-HOST_PROTOCOL = (1, 0)
 HALF_RANGE = 0x8000
-CHANNEL_NAMES = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 
 
-class Strain:
+class Strain(SensorBoard):
     """One sensor. `full_scale` is what the sensor itself says, N and Nm."""
 
     type_code = BoardType.STRAIN
-    addresses = 1
+    default_period_ms = 1
 
     def __init__(self, parts: Parts) -> None:
-        self.board = parts.board
-        self.line = parts.line
-        self.axes = parts.axes
-        self.name = parts.board.name if parts.sensor is None else parts.sensor.name
+        super().__init__(parts)
         self.full_scale = (1.0,) * analog.CHANNELS
         if parts.sensor is not None:
+            self.name = parts.sensor.name
             self.full_scale = parts.sensor.full_scale
-        self.trace = Trace(maxlen=8)
-        self.pulses: tuple[Pulse, ...] = (Pulse(parts.board.address, "force and torque frames"),)
-        self._parts = parts
-        self._faults = parts.faults
-        self._replies: dict[int, tuple[int, ...]] = {}
+        self._pulse = Pulse(parts.board.address, "force and torque frames")
+        self.pulses = (self._pulse,)
+        self.supervision = Supervision(self.name, parts.faults)
         self._samples: deque[ForceTorqueSample] = deque(maxlen=KEPT_SAMPLES)
         self._force: tuple[int, ...] | None = None
+        self._force_data = b""
         self._force_ns = 0
-        self.saturated_samples = 0
+        self._pair_ns = self.period_ms * MS
         self._scale = _scales(self.full_scale)
 
-    @classmethod
-    def velocity_count(cls, speed_estimate_shift: int) -> float:  # noqa: ARG003
-        """It has no axes."""
-        return 1.0
-
-    def listen(self) -> None:
-        """Attach the handlers of force, torque and replies."""
+    def handlers(self) -> Iterable[tuple[int, Handler]]:
+        """Force and torque."""
         address = self.board.address
-        for kind, handler in (
-            (analog.FORCE.type, self.on_force),
-            (analog.TORQUE.type, self.on_torque),
-        ):
-            self.line.attach(frame_id(CLASS_ANALOG_PERIODIC, address, kind), handler, self.trace)
-        self.line.attach(analog.reply_id(address), self.on_reply, self.trace)
+        return [
+            (frame_id(CLASS_ANALOG_PERIODIC, address, analog.FORCE.type), self.on_force),
+            (frame_id(CLASS_ANALOG_PERIODIC, address, analog.TORQUE.type), self.on_torque),
+        ]
 
-    def quiesce(self) -> Iterable[Frame]:
-        """Stop transmitting."""
-        return [analog.SET_TXMODE.request(self.board.address, TxMode.SILENT)]
+    def settings(self) -> Iterable[Frame]:
+        """Rate and stream."""
+        address = self.board.address
+        return [
+            analog.SET_CANDATARATE.request(address, self.period_ms),
+            analog.SET_TXMODE.request(address, TxMode.CALIBRATED),
+        ]
 
-    def handshake(self) -> Sequence:
-        """Type, firmware and protocol of the sensor."""
-        address, code = self.board.address, analog.GET_FW_VERSION.code
-        self._replies.clear()
-        question = analog.GET_FW_VERSION.request(address, *HOST_PROTOCOL)
-        version = yield from ask(self.line, address, question, self._replies, _key(code))
-        return refusal(self.board, self.type_code, version, HOST_PROTOCOL)
-
-    def write_settings(self, axis: int | None) -> None:
-        """Queue rate and stream; a sensor has no axes."""
-        if axis is None:
-            address = self.board.address
-            self.line.command(address, analog.SET_CANDATARATE.request(address, PERIOD_MS))
-            self.line.command(address, analog.SET_TXMODE.request(address, TxMode.CALIBRATED))
+    def forget(self) -> None:
+        """Drop a lone force frame; nothing is known to be frozen."""
+        self._force = None
+        self.supervision.forget()
 
     def configure(self) -> Sequence:
         """Full scales are read, never written; then the stream is started."""
         address = self.board.address
         scales: list[float] = []
+        self.forget()
         self._replies.clear()
         for channel in range(analog.CHANNELS):
-            key = _key(analog.GET_FULL_SCALES.code, channel)
+            key = reply_key(analog.GET_FULL_SCALES.code, channel)
             question = analog.GET_FULL_SCALES.request(address, channel)
             answer = yield from ask(self.line, address, question, self._replies, key)
             if answer is None or not answer[1]:
@@ -95,11 +77,6 @@ class Strain:
         self.write_settings(None)
         yield from sent(self.line, address)
         return ""
-
-    def read_back(self) -> Sequence:
-        """Nothing of a running sensor can have changed."""
-        return ""
-        yield
 
     def _take_full_scale(self, scales: list[float]) -> None:
         fx, fy, fz, tx, ty, tz = scales
@@ -122,8 +99,9 @@ class Strain:
     def on_force(self, data: bytes, stamp_ns: int) -> None:
         """First half of a sample."""
         if self._force is not None:
-            self._faults.drop("force frame without its torque frame")
+            self._lost("force frame without its torque frame", stamp_ns)
         self._force = analog.FORCE.parse(data)
+        self._force_data = data
         self._force_ns = stamp_ns
         if self._force is None:
             self._faults.drop("FORCE of wrong length")
@@ -136,15 +114,17 @@ class Strain:
             self._faults.drop("TORQUE of wrong length")
             return
         if force is None:
-            self._faults.drop("torque frame without its force frame")
+            self._lost("torque frame without its force frame", stamp_ns)
             return
-        if stamp_ns - self._force_ns > PAIR_NS:
-            self._faults.drop("force and torque frames more than one period apart")
+        if stamp_ns - self._force_ns > self._pair_ns:
+            self._lost("force and torque frames more than one period apart", stamp_ns)
             return
-        self.pulses[0].heard_ns = stamp_ns
+        self._pulse.heard_ns = stamp_ns
         a, b, c, d, e, f = self._scale
+        watch = self.supervision
         saturated = bool(force[3] or torque[3])
-        channels = self._saturation(force[3], torque[3], stamp_ns) if saturated else ()
+        channels = watch.saturation(force[3], torque[3], stamp_ns) if saturated else ()
+        frozen = not saturated and watch.is_frozen(self._force_data, data, stamp_ns)
         self._samples.append(
             ForceTorqueSample(
                 ((force[0] - 32768) * a, (force[1] - 32768) * b, (force[2] - 32768) * c),
@@ -152,38 +132,12 @@ class Strain:
                 stamp_ns,
                 saturated,
                 channels,
+                frozen,
             )
         )
 
-    def _saturation(self, force: int, torque: int, stamp_ns: int) -> tuple[int, ...]:
-        channels = analog.saturation_states(force) + analog.saturation_states(torque)
-        which = [n for n, state in zip(CHANNEL_NAMES, channels, strict=True) if state]
-        self.saturated_samples += 1
-        text = f"{self.name} saturated: {', '.join(which) or 'channel not told'}"
-        self._faults.report(stamp_ns, text, f"{self.name} saturated")
-        return channels
-
-    def on_reply(self, data: bytes, stamp_ns: int) -> None:
-        """Answers; every SET is acknowledged with an empty frame, which says nothing."""
-        if not data:
-            return
-        if analog.parse_reset_cause(data) is not None:
-            if any(pulse.heard_ns for pulse in self.pulses):  # else it has just been switched on
-                text = f"{board_name(self.board)} has restarted"
-                self._faults.report(stamp_ns, text, text)
-            return
-        command = analog.COMMANDS.get(data[0])
-        values = None if command is None else command.parse_reply(data)
-        if command is None or values is None:
-            self._faults.drop("undecodable reply of a sensor")
-            return
-        channel = values[0] if command is analog.GET_FULL_SCALES else 0
-        self._replies[_key(command.code, channel)] = values
-
-
-def _key(code: int, channel: int = 0) -> int:
-    """Where an answer is kept: the full scales of the channels apart from each other."""
-    return code << 8 | channel
+    def _lost(self, cause: str, stamp_ns: int) -> None:
+        self.supervision.lost(cause, stamp_ns, running=bool(self._pulse.heard_ns))
 
 
 def _scales(full_scale: tuple[float, ...]) -> tuple[float, ...]:

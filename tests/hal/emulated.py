@@ -110,7 +110,7 @@ class Bench:
             self.watch.ns += MS
             self.boards.deliver({BUS: self.buses[0].receive_frames()})
             self._move()
-            self.strain.raw_adc[:] = [0x8000] * 6
+            self.strain.raw_adc[:] = [0x8000 + self.watch.ns // MS % 2, *[0x8000] * 5]
             for frames in self.boards.tick().values():
                 self.buses[0].send_frames(frames)
             if self.running:

@@ -14,6 +14,7 @@ from hal.wire.can import Frame, Received
 from tests.hal.arm import BUS, DESCRIPTION, PITCH, ROLL
 
 MS = 1_000_000
+FORCE_ID = 0x3DA
 MODES = (motor.GET_CONTROL_MODE, motor.GET_INTERACTION_MODE)  # answered as a test says
 
 ANSWERS = {
@@ -102,8 +103,18 @@ class ScriptedBus:
         frames, self.inbox = self.inbox, []
         if self.ms % 4 == 0:
             frames += list(self.positions.items())
-        frames += self.wrench
+        frames += [self._noisy(*one) for one in self.wrench]
         return [(can_id, data, self.ms * MS) for can_id, data in frames]
+
+    def _noisy(self, can_id: int, data: bytes) -> Frame:
+        """A gauge is never still: the last bit of Fx flips with every sample."""
+        if can_id == FORCE_ID and self.ms & 1:
+            return can_id, bytes((data[0] ^ 1, *data[1:]))
+        return can_id, data
+
+    def _noise(self, data: bytes) -> bytes:
+        """Every other sample is one count higher in its second channel, as no sensor is still."""
+        return data[:2] + bytes((data[2] ^ self.ms & 1,)) + data[3:]
 
     def set_filters(self, filters: CanFilters | None = None) -> None:
         self.filters = filters

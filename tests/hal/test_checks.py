@@ -30,7 +30,7 @@ def test_refuses_an_unknown_board_type() -> None:
     ems = msgspec.structs.replace(DESCRIPTION.boards[0], type="ems5")
 
     text = refusal(msgspec.structs.replace(DESCRIPTION, boards=(ems, *DESCRIPTION.boards[1:])))
-    assert text.startswith("unknown board type 'ems5'; known: bll, bll_dc, bll_ie, dc4, strain")
+    assert text.startswith("unknown board type 'ems5'; known: bll, bll_dc, bll_ie, dc4, imu")
 
 
 def test_refuses_two_joints_on_one_axis() -> None:

@@ -70,7 +70,7 @@ def test_marks_a_saturated_sample_and_says_which_channel(script: Script) -> None
     (sample,) = script.robot.take_samples("r_arm_ft")
     assert sample.saturated
     assert sample.channels == (1, 0, 0, 0, 2, 0)
-    assert script.robot.status().faults == ("r_arm_ft saturated: Fx, Ty",)
+    assert script.robot.status().faults == ("r_arm_ft saturated: Fx low, Ty high",)
 
 
 def test_drops_a_pair_whose_length_is_wrong(script: Script) -> None:
