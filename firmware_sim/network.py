@@ -1,5 +1,8 @@
 """Boards on their buses: who takes which frame, and every board's millisecond.
 
+All motor boards live in one bank: first each acts on what it received, then the axes of all run in
+one call, then each says what it has to say.
+
 A frame reaches every other board of its bus whose hardware filter lets it in, in the millisecond
 after it was sent.
 """
@@ -7,7 +10,9 @@ after it was sent.
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from firmware_sim.boards.axis_state import Axis
+from firmware_sim.boards.bank import AxisBank
 from firmware_sim.boards.board import Board
+from firmware_sim.boards.motor_board import MotorBoard
 from firmware_sim.description import AxisSpec, BoardSpec, SensorSpec
 from firmware_sim.registry import make_board
 from firmware_sim.spoiling import Gate
@@ -35,9 +40,14 @@ class Network:
         scales = {(sensor.bus, sensor.address): sensor.full_scale for sensor in sensors}
         for spec in specs:
             self._place(spec, make_board(spec, scales.get((spec.bus, spec.address))))
+        motor_boards = [board for board in self._every_board() if isinstance(board, MotorBoard)]
+        self.bank = AxisBank(sum(len(b.axes) for b in motor_boards), len(motor_boards))
+        for board in motor_boards:
+            board.join(self.bank)
+        self._listening = [board.listen for board in motor_boards]
         self._routes = {bus: _routes(boards) for bus, boards in self._buses.items()}
-        self._ticking = [
-            (bus, board, board.tick, _routes(other for other in boards if other is not board))
+        self._speaking = [
+            (bus, board, _speech(board), _routes(other for other in boards if other is not board))
             for bus, boards in self._buses.items()
             for board in boards
         ]
@@ -71,8 +81,11 @@ class Network:
     def tick(self) -> dict[int, list[Frame]]:
         """Run one millisecond of every board; frames sent, by bus."""
         sent: dict[int, list[Frame]] = {bus: [] for bus in self._buses}
-        for bus, board, tick, others in self._ticking:
-            frames = tick()
+        for listen in self._listening:
+            listen()
+        self.bank.control()
+        for bus, board, speak, others in self._speaking:
+            frames = speak()
             if self._gates and board in self._gates:
                 frames = self._gates[board].outward.step(frames)
             if frames:
@@ -80,6 +93,7 @@ class Network:
                 for can_id, data in frames:
                     for receiver in others.get(can_id, ()):
                         self._between.append((receiver, can_id, data))
+        self.bank.supervise()
         return sent
 
     def board(self, bus: int, address: int) -> Board:
@@ -106,24 +120,35 @@ class Network:
             raise RigError(f"bus {spec.bus} address {spec.address} has no axis {spec.axis}")
         return board.axes[index]
 
+    def row(self, spec: AxisSpec) -> int:
+        """Where the axis that a description wires stands in the arrays of `bank`.
+
+        Raises:
+            RigError: the board has no such axis.
+        """
+        return self.axis(spec).row_number
+
     def board_type(self, spec: AxisSpec) -> str:
         """Type name of the board behind an axis."""
         return self._types[spec.bus, spec.address]
 
     def axes(self) -> list[Axis]:
         """Every axis of every board."""
-        return [axis for boards in self._buses.values() for board in boards for axis in board.axes]
+        return [axis for board in self._every_board() for axis in board.axes]
 
     def boards(self, bus: int) -> tuple[Board, ...]:
         """Every board of a bus."""
         return tuple(self._buses.get(bus, ()))
+
+    def _every_board(self) -> list[Board]:
+        return [board for boards in self._buses.values() for board in boards]
 
     def _ungate(self, board: Board) -> None:
         gate = self._gates.pop(board)
         self._reroute(gate.on_frame, board.on_frame)
 
     def _reroute(self, old: Receiver, new: Receiver) -> None:
-        for routes in (*self._routes.values(), *(others for *_, others in self._ticking)):
+        for routes in (*self._routes.values(), *(others for *_, others in self._speaking)):
             for can_id, receivers in routes.items():
                 if old in receivers:
                     routes[can_id] = tuple(new if r == old else r for r in receivers)
@@ -139,6 +164,11 @@ class Network:
             self._boards[spec.bus, address] = board
             self._types[spec.bus, address] = spec.type
         self._buses.setdefault(spec.bus, []).append(board)
+
+
+def _speech(board: Board) -> Callable[[], list[Frame]]:
+    """A motor board runs with all others, and speaks afterwards."""
+    return board.speak if isinstance(board, MotorBoard) else board.tick
 
 
 def _routes(boards: Iterable[Board]) -> Routes:

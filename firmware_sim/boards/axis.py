@@ -1,26 +1,28 @@
 """The wires between one axis of a motor board and its drive, as plain integers."""
 
+from firmware_sim.boards.fields import (
+    CURRENT_MA,
+    ENCODER_FAULT,
+    EXTERNAL_FAULT,
+    HALL_FAULT,
+    OVERHEATED,
+    PORT_ENABLED,
+    PORT_PWM,
+    RAW_ENCODER,
+)
+from firmware_sim.boards.view import Flag, View, Word
 
-class AxisPort:
+
+class AxisPort(View):
     """What the board sees of a drive (inputs, set before each tick) and does to it (outputs)."""
 
-    __slots__ = (
-        "current_ma",
-        "enabled",
-        "encoder_fault",
-        "external_fault",
-        "hall_fault",
-        "overheated",
-        "pwm",
-        "raw_encoder",
-    )
+    __slots__ = ()
 
-    def __init__(self) -> None:
-        self.raw_encoder = 0  # ticks; absolute: 0..4095, incremental: running count
-        self.current_ma = 0
-        self.external_fault = False  # emergency button pressed: the hardware opens the bridge
-        self.encoder_fault = False  # the absolute encoder cannot be read
-        self.hall_fault = 0  # Hall error code, bits 0..2
-        self.overheated = False  # above 75 degrees
-        self.pwm = 0  # signed counts really applied to the motor
-        self.enabled = False  # bridge on; off means the motor terminals are open
+    raw_encoder = Word(RAW_ENCODER)  # ticks; absolute: 0..4095, incremental: running count
+    current_ma = Word(CURRENT_MA)
+    external_fault = Flag(EXTERNAL_FAULT)  # emergency button pressed: the hardware opens the bridge
+    encoder_fault = Flag(ENCODER_FAULT)  # the absolute encoder cannot be read
+    hall_fault = Word(HALL_FAULT)  # Hall error code, bits 0..2
+    overheated = Flag(OVERHEATED)  # above 75 degrees
+    pwm = Word(PORT_PWM)  # signed counts really applied to the motor
+    enabled = Flag(PORT_ENABLED)  # bridge on; off means the motor terminals are open

@@ -1,188 +1,242 @@
-"""State of one axis of a motor board: settings, mode, what it measures and what it drives."""
+"""One axis of a motor board: names for its row in the bank, and what commands do to its mode."""
 
 from firmware_sim.boards.axis import AxisPort
-from firmware_sim.boards.hardware import AxisWiring, Encoder, Hardware
-from firmware_sim.boards.law import I16_MAX, Pid, divide, saturate_i16
-from firmware_sim.boards.modes import (
-    ALWAYS_TORQUE,
-    HW_FAULT,
-    IDLE,
-    IMPEDANCE,
-    TORQUE_WHEN_COMPLIANT,
+from firmware_sim.boards.bank import AxisBank
+from firmware_sim.boards.fields import (
+    ACCELERATION_SETTING,
+    BOARD,
+    BOARD_FIRST,
+    CALIBRATED,
+    COMPLIANT,
+    CURRENT_LIMIT_MA,
+    DAMPS_SPEED,
+    DESIRED_TORQUE,
+    DUTY,
+    DUTY_LIMIT,
+    DUTY_STEP,
+    ENABLED,
+    ENCODER_MASK,
+    ENCODER_OFFSET,
+    FAULT_ENTRIES,
+    FAULTS_ONCE,
+    FORCE_CONTROLLED,
+    FROM_HALL,
+    HALL_TICKS,
+    I2T,
+    I2T_SHIFT,
+    I2T_TRIP,
+    MAX_DUTY,
+    MAX_VELOCITY,
+    MODE,
+    MOTOR_HIGH,
+    MOTOR_LOW,
+    MOVED,
+    OPENLOOP_PWM,
+    PEERS,
+    PID_FLAGS,
+    POSITION,
+    POSITION_PID,
+    PULSES_STICTION,
+    PWM,
+    PWM_LIMIT,
+    PWM_WANTED,
+    REFERENCE_HISTORY,
+    SAMPLES,
+    SCALES_SPEED,
+    SPEED,
+    SPEED_SHIFT,
+    SPEED_WINDOW,
+    STICTION_DOWN,
+    STICTION_UP,
+    STICTION_WINDOW_MS,
+    TORQUE_CHANNEL,
+    TORQUE_SOURCE,
+    TRIP_MA,
+    UNDEFINED_MODE,
+    VELOCITY_SETTING,
+    WAS_ENABLED,
 )
-from firmware_sim.boards.node import Node, Pair, TorqueSensor
+from firmware_sim.boards.hardware import AxisWiring, Encoder, Hardware
+from firmware_sim.boards.kernel import rebase
+from firmware_sim.boards.kernel_modes import fault, idle, switch_off
+from firmware_sim.boards.modes import ALWAYS_TORQUE, IDLE, IMPEDANCE, TORQUE_WHEN_COMPLIANT
+from firmware_sim.boards.node import Node, Pair
+from firmware_sim.boards.pid import Pid
 from firmware_sim.boards.torque import Impedance, TorqueLoop
 from firmware_sim.boards.trajectory import Reference
-from hal.wire.motor_periodic import AxisFault
+from firmware_sim.boards.view import Flag, View, Word
 
 _ENCODER_MASK = {Encoder.ABSOLUTE: 0xFFF, Encoder.INCREMENTAL: -1}
-_HALL_BITS = (AxisFault.HALL_A, AxisFault.HALL_B, AxisFault.HALL_C)
-STICTION_WINDOW_MS = 29  # the sign of the commanded velocity is taken over this time
+_NEVER_TRIPS_MA = 1 << 31
+_FAR_TICKS = 1 << 62
 
 
-class Axis:
+class Axis(View):
     """One axis: its methods keep mode and bridge consistent, laws and commands work on it."""
 
     __slots__ = (
-        "_encoder_mask",
-        "_history",
-        "_pwm_limit",
-        "acceleration_setting",
-        "calibrated",
-        "compliant",
+        "_bank",
         "creep",
         "creep_ms",
         "creep_position",
         "creep_pwm",
-        "current_limit_ma",
         "debug",
-        "desired_torque",
-        "duty",
-        "duty_limit",
-        "enabled",
-        "encoder_offset",
-        "fault_entries",
-        "faults_once",
-        "force_controlled",
         "hardware",
-        "i2t",
         "impedance",
         "index",
-        "max_velocity",
-        "mode",
-        "moved",
         "node",
-        "openloop_pwm",
+        "number",
         "pair",
-        "pid_flags",
+        "peers",
         "port",
-        "position",
         "position_pid",
-        "pwm",
-        "pwm_wanted",
         "reference",
-        "reference_history",
-        "speed_shift",
-        "stiction_down",
-        "stiction_up",
+        "row_number",
         "torque_loop",
-        "torque_place",
-        "torque_sensor",
-        "undefined_mode",
-        "velocity_setting",
-        "was_enabled",
         "wiring",
     )
 
+    mode = Word(MODE)
+    compliant = Flag(COMPLIANT)
+    force_controlled = Flag(FORCE_CONTROLLED)
+    undefined_mode = Flag(UNDEFINED_MODE)
+    enabled = Flag(ENABLED)  # what the board asks of the bridge
+    was_enabled = Flag(WAS_ENABLED)
+    calibrated = Flag(CALIBRATED)
+    pid_flags = Word(PID_FLAGS)
+    faults_once = Word(FAULTS_ONCE)
+    fault_entries = Word(FAULT_ENTRIES)
+    i2t = Word(I2T)
+    current_limit_ma = Word(CURRENT_LIMIT_MA)
+    encoder_offset = Word(ENCODER_OFFSET)
+    hall_ticks = Word(HALL_TICKS)  # input of an axis whose position comes from Hall sensors
+    motor_low = Word(MOTOR_LOW)  # limits of port.raw_encoder: not driven further out
+    motor_high = Word(MOTOR_HIGH)
+    position = Word(POSITION)
+    moved = Word(MOVED)
+    speed_shift = Word(SPEED_SHIFT)
+    max_velocity = Word(MAX_VELOCITY)
+    velocity_setting = Word(VELOCITY_SETTING)
+    acceleration_setting = Word(ACCELERATION_SETTING)
+    stiction_up = Word(STICTION_UP)
+    stiction_down = Word(STICTION_DOWN)
+    desired_torque = Word(DESIRED_TORQUE)
+    openloop_pwm = Word(OPENLOOP_PWM)
+    pwm_wanted = Word(PWM_WANTED)  # before the coupling of motors
+    pwm = Word(PWM)  # after every limit
+    duty = Word(DUTY)  # what the bridge has reached
+    duty_limit = Word(DUTY_LIMIT)
+
     def __init__(
-        self, index: int, hardware: Hardware, wiring: AxisWiring, node: Node, pair: Pair
+        self, number: int, hardware: Hardware, wiring: AxisWiring, node: Node, pair: Pair
     ) -> None:
-        """`index` is 0 or 1 within the address."""
-        self.index = index
+        """`number` counts the board's axes; `attach_to` and `boot` make the axis usable."""
+        self.number = number
+        self.index = number % 2  # within the address
         self.hardware = hardware
         self.wiring = wiring
         self.node = node
         self.pair = pair
+        self.peers: tuple[Axis, ...] = ()  # powered together with this one, this one left out
         self.port = AxisPort()
-        self.fault_entries = 0  # times this axis went into HW_FAULT
-        self._encoder_mask = _ENCODER_MASK[wiring.encoder]
-        self.boot()
+        self.position_pid = Pid(POSITION_PID)
+        self.torque_loop = TorqueLoop()
+        self.impedance = Impedance()
+        self.reference = Reference()
+
+    def attach_to(self, bank: AxisBank, board: int, first: int) -> None:
+        """Live in a bank: the row of the board, and the row in which its axes begin."""
+        self._bank = bank
+        self.row_number = first + self.number
+        row = bank.rows[self.row_number]
+        self.attach(row)
+        for part in (
+            self.port,
+            self.position_pid,
+            self.torque_loop,
+            self.impedance,
+            self.reference,
+        ):
+            part.attach(row)
+        self.words[BOARD] = board
+        self.words[BOARD_FIRST] = first
+
+    def write_constants(self) -> None:
+        """Put into the row what board and firmware say."""
+        words, hardware = self.words, self.hardware
+        words[MAX_DUTY] = hardware.max_duty
+        words[DUTY_STEP] = hardware.duty_step
+        words[SAMPLES] = hardware.derivative_samples
+        words[SPEED_WINDOW] = hardware.speed_window_ms
+        words[SCALES_SPEED] = hardware.scales_speed
+        words[DAMPS_SPEED] = hardware.damps_speed
+        words[PULSES_STICTION] = hardware.pulses_stiction
+        words[I2T_SHIFT] = hardware.i2t_shift
+        words[I2T_TRIP] = hardware.i2t_trip
+        words[TRIP_MA] = _NEVER_TRIPS_MA if hardware.trip_ma is None else hardware.trip_ma
+        words[ENCODER_MASK] = -1 if self.wiring.hall else _ENCODER_MASK[self.wiring.encoder]
+        words[FROM_HALL] = bool(self.wiring.hall)
+
+    def power_with(self, peers: tuple["Axis", ...]) -> None:
+        """Be enabled and disabled together with some axes of the board, this one left out."""
+        self.peers = peers
+        self.words[PEERS] = sum(1 << peer.number for peer in peers)
 
     def boot(self) -> None:
         """State at power-up: idle, not calibrated, gains of an unconfigured board."""
-        hardware = self.hardware
         self.mode = IDLE
-        self.compliant = False
-        self.force_controlled = False  # the torque law runs, now or as soon as the mode is entered
-        self.undefined_mode = False
-        self.enabled = False  # what the board asks of the bridge
-        self.was_enabled = False  # the same at the end of the millisecond before
+        self.compliant = self.force_controlled = self.undefined_mode = False
         self.calibrated = False
-        self.pid_flags = 0
-        self.faults_once = 0  # AxisFault bits reported once, then cleared
-        self.i2t = 0
-        self.position_pid = Pid(
-            hardware.derivative_samples, kp=10, kd=40, ki=0, shift=3, integral_limit=0x7FFF
-        )
-        self.stiction_up = 0
-        self.stiction_down = 0
-        self.torque_loop = TorqueLoop(hardware.derivative_samples)
-        self.impedance = Impedance(hardware.derivative_samples)
-        self.reference = Reference()
-        self.reference_history = [0] * STICTION_WINDOW_MS
-        self.velocity_setting = 0
-        self.acceleration_setting = 0
+        self.pid_flags = self.faults_once = self.i2t = 0
+        self.position_pid.boot(kp=10, kd=40, ki=0, shift=3)
+        self.stiction_up = self.stiction_down = 0
+        self.torque_loop.boot()
+        self.impedance.boot()
+        self.reference.boot()
+        self.velocity_setting = self.acceleration_setting = 0
         self.max_velocity = 0x7FFF
         self.pwm_limit = 1333
-        self.current_limit_ma = hardware.max_current_limit_ma
+        self.current_limit_ma = self.hardware.max_current_limit_ma
         self.speed_shift = 5
         self.debug: dict[int, int] = {}
-        self.desired_torque = 0
-        self.openloop_pwm = 0
+        self.desired_torque = self.openloop_pwm = 0
         self.creep = self.creep_ms = self.creep_position = self.creep_pwm = 0
         self.set_torque_source(self.wiring.torque_source)
-        incremental = self.wiring.encoder is Encoder.INCREMENTAL
-        self.encoder_offset = self.port.raw_encoder if incremental else 0
-        self.pwm_wanted = 0  # before the coupling of motors
-        self.pwm = 0  # after every limit
-        self.duty = 0  # what the bridge has reached
-        self.rebase()
+        counts = self.wiring.encoder is Encoder.INCREMENTAL and not self.wiring.hall
+        self.encoder_offset = self.port.raw_encoder if counts else 0
+        self.hall_ticks = 0
+        self.motor_low, self.motor_high = -_FAR_TICKS, _FAR_TICKS
+        self.pwm_wanted = 0
         self.switch_off()
+        self.rebase()
+        self._restart_references()
 
     @property
     def pwm_limit(self) -> int:
         """Last limit before the bridge, counts."""
-        return self._pwm_limit
+        return self.words[PWM_LIMIT]
 
     @pwm_limit.setter
     def pwm_limit(self, counts: int) -> None:
-        self._pwm_limit = counts
+        self.words[PWM_LIMIT] = counts
         self.duty_limit = max(0, min(counts, self.hardware.max_duty))
 
     def set_torque_source(self, source: tuple[int, int] | None) -> None:
         """Take the joint torque from a virtual sensor's channel, or from nowhere."""
-        self.torque_sensor: TorqueSensor | None = None
-        self.torque_place = (0, 0)  # frame of the sensor and word in it
+        row = -1
         if source is not None:
             address, channel = source
-            self.torque_sensor = self.node.sensor(address)
-            self.torque_place = divmod(channel, 3)
+            row = self.node.hear(address)
+            self.words[TORQUE_CHANNEL] = channel
+        self.words[TORQUE_SOURCE] = row
 
     def rebase(self) -> None:
         """Begin afresh after a jump of the encoder's zero: speed counts from here."""
-        self.position = (self.port.raw_encoder - self.encoder_offset) & self._encoder_mask
-        self.moved = 0  # ticks in the speed window
-        self._history = [self.position] * self.hardware.speed_window_ms
-
-    def sense(self, slot: int) -> None:
-        """Read encoder and drive faults; `slot` counts milliseconds modulo the speed window."""
-        port = self.port
-        if port.external_fault or port.encoder_fault or port.hall_fault:
-            self._sense_faults()
-        if not port.encoder_fault:
-            self.position = (port.raw_encoder - self.encoder_offset) & self._encoder_mask
-        history = self._history
-        self.moved = self.position - history[slot]
-        history[slot] = self.position
-
-    def _sense_faults(self) -> None:
-        port = self.port
-        if port.external_fault and self.was_enabled and self.enabled:
-            self.idle()  # the hardware has opened the bridge
-        if port.encoder_fault:
-            self.fault()
-        if port.hall_fault and self.mode != HW_FAULT:
-            self.faults_once |= sum(
-                bit for number, bit in enumerate(_HALL_BITS) if port.hall_fault >> number & 1
-            )
-            self.fault()
+        rebase(self._bank.rows, self._bank.boards, self._bank.mixing, self.row_number)
 
     def speed(self) -> int:
         """Speed estimate: ticks/ms * 2^speed_shift over 29 ms (BLL), ticks of the last ms (4DC)."""
-        speed = self.moved
-        if self.hardware.scales_speed:
-            speed = divide(speed << self.speed_shift, self.hardware.speed_window_ms)
-        return speed if -0x8000 <= speed <= I16_MAX else saturate_i16(speed)
+        return self.words[SPEED]
 
     def enter(self, mode: int) -> None:
         """Run in a mode, bridge on. A different mode starts from where the axis is."""
@@ -204,11 +258,11 @@ class Axis:
     def clear(self) -> None:
         """Hold the present position; forget velocity, torque, offset, PWM and integral."""
         self.reference.hold(self.position)
-        self.reference_history[:] = [self.position] * STICTION_WINDOW_MS
+        self._restart_references()
         self.position_pid.clear()
         self.torque_loop.pid.clear()
         if not self.force_controlled:
-            self.torque_loop.low_pass.start(self.pwm)
+            self.torque_loop.start_filter(self.pwm)
         self.impedance.clear()
         self.desired_torque = 0
         self.openloop_pwm = 0
@@ -217,21 +271,18 @@ class Axis:
         )
 
     def idle(self) -> None:
-        """Bridge off, IDLE."""
-        self.mode = IDLE
-        self.switch_off()
+        """Bridge off, IDLE; that of the peers too."""
+        idle(self._bank.rows, self.row_number)
 
     def fault(self) -> None:
-        """Bridge off, HW_FAULT."""
-        if self.mode != HW_FAULT:
-            self.fault_entries += 1
-        self.mode = HW_FAULT
-        self.switch_off()
+        """Bridge off, HW_FAULT; the peers drop to IDLE."""
+        fault(self._bank.rows, self.row_number)
 
     def switch_off(self) -> None:
         """Take the bridge down at once."""
-        self.enabled = self.was_enabled = False
-        self.force_controlled = False
-        self.pwm = self.duty = 0
-        self.port.pwm = 0
-        self.port.enabled = False
+        switch_off(self.row)
+
+    def _restart_references(self) -> None:
+        position = self.position
+        for place in range(REFERENCE_HISTORY, REFERENCE_HISTORY + STICTION_WINDOW_MS):
+            self.words[place] = position

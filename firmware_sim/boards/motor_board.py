@@ -1,17 +1,28 @@
-"""The millisecond of a DSP motor board, in the order of can-protocol 10.4.
+"""A DSP motor board: what it hears and says around the millisecond of its bank (can-protocol 10.4).
 
-DELIBERATE: frames leave in the order they were made and none is lost on the way out; a real board's
-transmit buffer holds ten and is emptied last-in-first-out. Partner boards are not watched.
+`listen` comes before the bank's `control`, `speak` between that and `supervise`.
 """
 
 from firmware_sim.boards import parser
 from firmware_sim.boards.axis import AxisPort
 from firmware_sim.boards.axis_state import Axis
+from firmware_sim.boards.bank import AxisBank
 from firmware_sim.boards.board import RECEIVE_FIFO_FRAMES
-from firmware_sim.boards.broadcasts import POSITION_SLOT, USED_SLOTS, broadcast, print_piece
-from firmware_sim.boards.control import LAWS, drive, undefined, watch_current
-from firmware_sim.boards.hardware import Firmware, Hardware
+from firmware_sim.boards.broadcasts import (
+    HEARTBEAT_MS,
+    POSITION_SLOT,
+    STATUS_SLOT,
+    USED_SLOTS,
+    broadcast,
+    print_piece,
+)
+from firmware_sim.boards.control import LAWS, undefined
+from firmware_sim.boards.fields import MS, RUNNING, STATUS_KEY
+from firmware_sim.boards.hardware import Coupling, Firmware, Hardware
+from firmware_sim.boards.links import Links
+from firmware_sim.boards.modes import RUNNING as COMPILED
 from firmware_sim.boards.node import BUILD, Node, Pair
+from firmware_sim.boards.transmit import TransmitBuffer
 from hal.wire.can import (
     CLASS_ANALOG_PERIODIC,
     CLASS_MANAGEMENT,
@@ -32,6 +43,7 @@ _OVERTEMPERATURE = (int(BoardStatus.OVERTEMPERATURE_0), int(BoardStatus.OVERTEMP
 _LOOP_OVERRUN = int(BoardStatus.LOOP_OVERRUN)
 _BUS_OFF = int(CanStatus.BUS_OFF)
 _RX_OVERRUN = int(CanStatus.RX_OVERRUN)
+_TX_OVERRUN = int(CanStatus.TX_OVERRUN)
 
 
 class MotorBoard:
@@ -49,7 +61,7 @@ class MotorBoard:
         self.dropped = self._node.dropped
         self._pairs = tuple(Pair(own) for own in self.addresses)
         self.axes = tuple(
-            Axis(number % 2, hardware, wiring, self._node, self._pairs[number // 2])
+            Axis(number, hardware, wiring, self._node, self._pairs[number // 2])
             for number, wiring in enumerate(firmware.axes)
         )
         self._addressed = tuple(
@@ -57,17 +69,45 @@ class MotorBoard:
             for number, pair in enumerate(self._pairs)
         )
         self.ports: tuple[AxisPort, ...] = tuple(axis.port for axis in self.axes)
+        self._transmit = TransmitBuffer()
         self._received: list[Frame] = []
+        self._replies: list[Frame] = []
+        self._quiet: list[tuple[int, int] | None] = []  # state that a STATUS said or left unsaid
+        self.join(AxisBank(len(self.axes)))
+
+    def join(self, bank: AxisBank) -> None:
+        """Move to a bank and boot there."""
+        self._bank = bank
+        self.number, self.first_row = bank.take_in(self, len(self.axes))
+        self._words = bank.boards[self.number].data
+        self._node.attach_to(bank, self.number)
+        for axis in self.axes:
+            axis.attach_to(bank, self.number, self.first_row)
+            axis.write_constants()
+        for group in self._firmware.coupling.groups:
+            for own in group:
+                axis = self.axes[own]
+                axis.power_with(tuple(self.axes[other] for other in group if other != own))
+        self._links = Links(self._firmware.partner, self.axes)
+        self._links.attach(self.axes)
+        self._coupling: Coupling | None = None
+        self._couple()
+        self.power_cycle()
+
+    @property
+    def firmware(self) -> Firmware:
+        """What the board's firmware number says."""
+        return self._firmware
 
     def accepts(self, can_id: int) -> bool:
-        """Hardware filter: commands to the board, every class 3 frame, class 7 from the host."""
+        """Hardware filter: commands to the board, every class 3 frame, class 7, a partner."""
         kind = class_of(can_id)
         if kind == CLASS_MOTOR_POLLING:
             return low_of(can_id) in self.addresses
         if kind == CLASS_MANAGEMENT:
             addressed = low_of(can_id) in (self.addresses[0], EVERYBODY)
             return addressed and source_of(can_id) == HOST
-        return kind == CLASS_ANALOG_PERIODIC
+        return kind == CLASS_ANALOG_PERIODIC or self._links.accepts(can_id)
 
     def on_frame(self, can_id: int, data: bytes) -> None:
         """Queue a frame for the next tick; the 31st overruns the FIFO and is lost."""
@@ -76,77 +116,110 @@ class MotorBoard:
             received.append((can_id, data))
             return
         self.dropped["overrun"] += 1
-        for pair in self._pairs:
-            pair.can_status |= _RX_OVERRUN
+        self._report(can_status=_RX_OVERRUN)
 
     def power_cycle(self) -> None:
         """Boot again; label and fault counters are kept."""
         self.powered = True
         self._received.clear()
+        self._replies = []
+        self._transmit.clear()
+        self._quiet = [None] * len(self._pairs)
         self._node.boot()
         for pair in self._pairs:
             pair.boot()
         for axis in self.axes:
             axis.boot()
+        self._links.boot()
 
     def tick(self) -> list[Frame]:
-        """One millisecond."""
-        if not self.powered:
-            self._received.clear()
-            for axis in self.axes:
-                axis.idle()
-            return []
-        now_ms = self._node.ms = self._node.ms + 1
-        sent: list[Frame] = []
-        if self._received or self.bus_off or now_ms == 1:
-            self._listen(sent)
-        self._control(now_ms)
-        if self.bus_off:
-            sent.clear()
-        elif self._pairs[0].mask:  # mask 0 silences the second address too
-            self._broadcast(now_ms, sent)
-        self._supervise(now_ms)
+        """One millisecond of this board alone."""
+        bank, number = self._bank, self.number
+        self.listen()
+        bank.control(number, number + 1)
+        sent = self.speak()
+        bank.supervise(number, number + 1)
         return sent
 
-    def _listen(self, sent: list[Frame]) -> None:
-        if self._node.ms == 1:
+    def listen(self) -> None:
+        """Begin a millisecond: act on what was received."""
+        if not self.powered:
+            self._received.clear()
+            if self._words[RUNNING]:
+                self._words[RUNNING] = 0
+                for axis in self.axes:
+                    axis.idle()
+            return
+        now_ms = self._node.ms = self._node.ms + 1
+        self._words[MS] = now_ms
+        if now_ms == 1:
+            self._words[RUNNING] = 1
             for axis in self.axes:
                 axis.rebase()
         if self.bus_off:
-            self._received.clear()
-            for axis in self.axes:
-                axis.fault()
-                axis.pair.can_status |= _BUS_OFF
-            return
-        self._parse(sent)
+            self._fall_off()
+        elif self._received:
+            self._parse(self._replies)
+            if self._firmware.thumb is not None:
+                self._couple()
+        if self._links.any:
+            self._links.advance(self._words)
 
-    def _control(self, now_ms: int) -> None:
-        axes = self.axes
-        slot = now_ms % self._hardware.speed_window_ms
-        for axis in axes:
-            axis.sense(slot)
-        # A coupling of encoders goes here: joint positions from what the axes sensed.
-        for sensor in self._node.sensors.values():
-            if sensor.watchdog_ms:
-                sensor.watchdog_ms -= 1
-        for axis in axes:
-            if axis.enabled:
-                axis.pwm_wanted = LAWS.get(axis.mode, undefined)(axis)
-        # A coupling of motors goes here: PWM of the motors from those of the joints.
-        for axis in axes:
-            if axis.enabled:
-                drive(axis, axis.pwm_wanted)
-
-    def _supervise(self, now_ms: int) -> None:
-        if now_ms % TEMPERATURE_PERIOD_MS == 0:
-            self._watch_temperature()
-        for axis in self.axes:
-            if axis.i2t or abs(axis.port.current_ma) > axis.current_limit_ma:
-                watch_current(axis)
+    def speak(self) -> list[Frame]:
+        """End a millisecond: frames that leave the board in it."""
+        if not self.powered:
+            return []
+        made = self._replies
+        if self.bus_off:
+            made.clear()
+            self._transmit.clear()
+        else:
+            if self._pairs[0].mask:  # mask 0 silences the second address too
+                self._broadcast(self._node.ms, made)
+            if made:
+                self._replies = []
+            made = self._transmit.step(made)
+            if self._transmit.overran:
+                self._transmit.overran = False
+                self._report(can_status=_TX_OVERRUN)
         if self.loop_overrun:
             self.loop_overrun = False
-            for pair in self._pairs:
-                pair.board_status |= _LOOP_OVERRUN
+            self._report(board_status=_LOOP_OVERRUN)
+        return made
+
+    def run_laws(self) -> None:
+        """Laws that are not compiled."""
+        for axis in self.axes:
+            if axis.enabled and axis.mode not in COMPILED:
+                axis.pwm_wanted = LAWS.get(axis.mode, undefined)(axis)
+
+    def watch_temperature(self) -> None:
+        """Fault axes whose drive is too hot, each fifth millisecond."""
+        if self._words[RUNNING] and self._node.ms % TEMPERATURE_PERIOD_MS == 0:
+            for axis in self.axes:
+                if axis.port.overheated:
+                    axis.pair.board_status |= _OVERTEMPERATURE[axis.index]
+                    axis.fault()
+
+    def _couple(self) -> None:
+        coupling = self._firmware.coupling
+        if self._firmware.thumb is not None:
+            negative, positive = self._firmware.thumb
+            coupling = negative if self.axes[0].position_pid.kp < 0 else positive
+        if coupling is not self._coupling:
+            self._coupling = coupling
+            self._bank.couple(self.number, coupling)
+
+    def _fall_off(self) -> None:
+        self._received.clear()
+        for axis in self.axes:
+            axis.fault()
+        self._report(can_status=_BUS_OFF)
+
+    def _report(self, *, can_status: int = 0, board_status: int = 0) -> None:
+        for pair in self._pairs:
+            pair.can_status |= can_status
+            pair.board_status |= board_status
 
     def _parse(self, sent: list[Frame]) -> None:
         tolerated = self._firmware.tolerated_types
@@ -154,13 +227,22 @@ class MotorBoard:
         self._received = []
         for number, (can_id, data) in enumerate(received, 1):
             kind = can_id >> 8
-            if kind == CLASS_ANALOG_PERIODIC:
+            if kind == CLASS_MOTOR_POLLING:
+                if not self._command(can_id, data, sent):
+                    self._received = received[number:]  # the rest waits for the next millisecond
+                    return
+            elif self._links.any and self._hear_board(can_id, data):
+                pass
+            elif kind == CLASS_ANALOG_PERIODIC:
                 parser.virtual_torque(self._node, tolerated, can_id, data)
-            elif kind != CLASS_MOTOR_POLLING:
+            else:
                 self._manage(can_id, data, sent)
-            elif not self._command(can_id, data, sent):
-                self._received = received[number:]  # the rest waits for the next millisecond
-                return
+
+    def _hear_board(self, can_id: int, data: bytes) -> bool:
+        taken = self._links.on_frame(can_id, data)
+        if taken is False:
+            self.dropped["length"] += 1
+        return taken is not None
 
     def _command(self, can_id: int, data: bytes, sent: list[Frame]) -> bool:
         number = low_of(can_id) - self.addresses[0]
@@ -184,19 +266,25 @@ class MotorBoard:
 
     def _broadcast(self, now_ms: int, sent: list[Frame]) -> None:
         slot = now_ms % self._hardware.slots
-        if slot < USED_SLOTS and not (slot == POSITION_SLOT and self._hides_position()):
+        if slot == STATUS_SLOT:
+            self._broadcast_status(now_ms, sent)
+        elif slot < USED_SLOTS and not (slot == POSITION_SLOT and self._hides_position()):
             for pair, axes in self._addressed:
                 if pair.mask:
                     broadcast(pair, axes, slot, now_ms, sent)
         if self._node.printer.waiting:
             print_piece(self._node, self._pairs[0].mask, sent)
 
+    def _broadcast_status(self, now_ms: int, sent: list[Frame]) -> None:
+        """STATUS of each address, left out while all it could say is what led to none before."""
+        for number, (pair, axes) in enumerate(self._addressed):
+            keys = axes[0].words[STATUS_KEY], axes[1].words[STATUS_KEY]
+            new = keys != self._quiet[number] or pair.can_status or pair.board_status
+            if pair.mask and (new or now_ms - pair.heartbeat_ms >= HEARTBEAT_MS):
+                before = len(sent)
+                broadcast(pair, axes, STATUS_SLOT, now_ms, sent)
+                self._quiet[number] = keys if len(sent) == before else None
+
     def _hides_position(self) -> bool:
         needs_encoders = self._firmware.position_needs_encoders
         return needs_encoders and any(port.encoder_fault for port in self.ports)
-
-    def _watch_temperature(self) -> None:
-        for axis in self.axes:
-            if axis.port.overheated:
-                axis.pair.board_status |= _OVERTEMPERATURE[axis.index]
-                axis.fault()

@@ -2,7 +2,9 @@
 
 from collections import Counter, deque
 
-from hal.wire.analog import FORCE, TORQUE, ZERO_WORD
+from firmware_sim.boards.bank import AxisBank
+from firmware_sim.boards.fields import SOURCES
+from hal.wire.analog import FORCE, TORQUE
 from hal.wire.can import CLASS_ANALOG_PERIODIC, Frame, frame_id
 from hal.wire.motor_periodic import PRINT
 
@@ -17,14 +19,30 @@ _LAST_PIECE = 0x80
 
 
 class TorqueSensor:
-    """One virtual torque sensor heard on the bus: the words of its two frames, and its watchdog."""
+    """One virtual torque sensor heard on the bus: its row in the bank."""
 
-    __slots__ = ("watchdog_ms", "words")
+    __slots__ = ("_alive_ms", "_row", "_words")
 
-    def __init__(self) -> None:
-        silent = (ZERO_WORD,) * 3
-        self.words: list[tuple[int, ...]] = [silent, silent]  # channels 0..2 and 3..5
-        self.watchdog_ms = 0  # 0 = silent
+    def attach(self, bank: AxisBank, row: int) -> None:
+        """Keep words and watchdog in a row of a bank."""
+        self._row = row
+        self._alive_ms = bank.alive_ms.data
+        self._words = bank.torque_words[row].data
+
+    @property
+    def watchdog_ms(self) -> int:
+        """Milliseconds until it counts as silent; 0 = it is."""
+        return self._alive_ms[self._row]
+
+    def hear(self, half: int, words: tuple[int, ...]) -> None:
+        """Take in the words of channels 0..2 or 3..5; what follows them is not looked at."""
+        place = 3 * half
+        self._words[place], self._words[place + 1], self._words[place + 2] = words[:3]
+        self._alive_ms[self._row] = TORQUE_WATCHDOG_MS
+
+    def forget(self) -> None:
+        """Count as silent."""
+        self._alive_ms[self._row] = 0
 
 
 class Printer:
@@ -76,7 +94,13 @@ class Node:
         self.torque_frames: dict[int, tuple[TorqueSensor, int]] = {}  # by identifier; which words
         self.dropped: Counter[str] = Counter()
         self.label = bytearray(LABEL_PIECES * 4)  # flash: survives boot
-        self.boot()
+
+    def attach_to(self, bank: AxisBank, board: int) -> None:
+        """Keep what sensors say in the bank, in the rows of this board."""
+        self._bank = bank
+        self._first_source = board * SOURCES
+        for source, sensor in self.sensors.items():
+            sensor.attach(bank, self._first_source + source)
 
     def boot(self) -> None:
         """State at power-up."""
@@ -84,17 +108,22 @@ class Node:
         self.accepted = False  # the host's protocol version was accepted
         self.printer.clear()
         for sensor in self.sensors.values():
-            sensor.watchdog_ms = 0
+            sensor.forget()
 
-    def sensor(self, source: int) -> TorqueSensor:
-        """The virtual torque sensor at an address, listened to from now on."""
-        sensor = self.sensors.get(source)
-        if sensor is None:
+    def hear(self, source: int) -> int:
+        """Listen to the virtual torque sensor at an address; its row in the bank, -1 = no address.
+
+        A sensor may have any of sixteen addresses; a byte in a command more.
+        """
+        if source >= SOURCES:
+            return -1
+        if source not in self.sensors:
             sensor = self.sensors[source] = TorqueSensor()
+            sensor.attach(self._bank, self._first_source + source)
             for half, row in enumerate((FORCE, TORQUE)):  # channels 0..2 and 3..5
                 can_id = frame_id(CLASS_ANALOG_PERIODIC, source, row.type)
                 self.torque_frames[can_id] = sensor, half
-        return sensor
+        return self._first_source + source
 
     def label_piece(self, index: int) -> tuple[int, ...]:
         """Index and four characters of the label."""

@@ -2,7 +2,7 @@
 
 from firmware_sim.boards import commands, queries, settings
 from firmware_sim.boards.axis_state import Axis
-from firmware_sim.boards.node import LABEL_PIECES, TORQUE_WATCHDOG_MS, Node
+from firmware_sim.boards.node import LABEL_PIECES, Node
 from firmware_sim.boards.settings import Handler
 from hal.wire import management, motor
 from hal.wire.analog import FORCE, TORQUE
@@ -66,8 +66,7 @@ def virtual_torque(node: Node, tolerated: frozenset[int], can_id: int, data: byt
         node.dropped["length"] += 1
         return
     sensor, half = place
-    sensor.words[half] = words
-    sensor.watchdog_ms = TORQUE_WATCHDOG_MS
+    sensor.hear(half, words)
 
 
 def is_discovery(address: int, can_id: int, data: bytes) -> bool:

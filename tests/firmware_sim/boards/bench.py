@@ -11,8 +11,8 @@ from hal.wire.message import AxisCommand, PeriodicMessage
 from hal.wire.modes import ControlMode
 
 SPECS = {
-    "bll_ie": BoardSpec(bus=2, address=1, type="bll_ie", firmware=(0x02, 0x50)),
-    "dc4": BoardSpec(bus=2, address=3, type="dc4", firmware=(0x02, 0x19)),
+    "bll_ie": BoardSpec(bus=2, address=1, type="bll_ie", firmware=(0x02, 0x50), coupled=False),
+    "dc4": BoardSpec(bus=2, address=3, type="dc4", firmware=(0x02, 0x19), coupled=False),
 }
 """One board of each registered type."""
 

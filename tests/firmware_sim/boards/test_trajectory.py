@@ -4,10 +4,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_sim.boards.trajectory import Reference
+from tests.firmware_sim.boards.rows import row_of_words
 
 
 def reference(ticks: int = 0) -> Reference:
     made = Reference()
+    made.attach(row_of_words())
+    made.boot()
     made.hold(ticks)
     return made
 
