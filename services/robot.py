@@ -15,6 +15,7 @@ from hal.buses.bus import FrameBus
 from hal.readings import ForceTorqueSample
 from hal.robot import Robot
 from hal.tasks import Task
+from services.board_news import Reports, bus_statuses
 from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
@@ -59,6 +60,7 @@ class RobotService(Service):
         self._robot = robot
         description = robot_description(robot)
         self._hal = Robot(description, buses, clock)
+        self._reports = Reports()
         self._parts = {
             part: [self._hal.joint_index(joint) for joint in joints]
             for part, joints in robot.parts.items()
@@ -209,6 +211,9 @@ class RobotService(Service):
             finished_task=self._finished,
             failed_tasks=tuple(self._failures),
             clamped=status.clamped,
+            boards=self._reports.boards(status.boards),
+            buses=bus_statuses(status.buses),
+            calibration=status.calibration,
         )
 
 

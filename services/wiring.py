@@ -102,7 +102,14 @@ def _board(robot: RobotFile, name: str) -> Board:
         type=table.type,
         firmware=firmware_of(robot, name),
         broadcast=masks,
+        required=_is_required(robot, name),
     )
+
+
+def _is_required(robot: RobotFile, board: str) -> bool:
+    """A real board of a robot that is emulated otherwise may be plugged in while it runs."""
+    mixed = any(robot.is_simulated(other) for other in robot.boards)
+    return robot.boards[board].required and (robot.is_simulated(board) or not mixed)
 
 
 def _joint(robot: RobotFile, part: str, name: str) -> Joint:

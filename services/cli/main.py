@@ -7,8 +7,10 @@ from pathlib import Path
 
 import cyclopts
 
+from services.cli.board import board_list, board_run
 from services.cli.can import can_up
 from services.cli.demo import reach
+from services.cli.fault import board_fault, board_faults
 from services.cli.up import up
 from services.core.errors import ProcessDiedError, ServiceError
 
@@ -23,8 +25,14 @@ app = cyclopts.App(
 )
 demo = cyclopts.App(name="demo", help="What the whole stack does, shown.")
 can = cyclopts.App(name="can", help="CAN buses of this machine.")
+board = cyclopts.App(name="board", help="Emulated boards, one by one.")
 app.command(demo)
 app.command(can)
+app.command(board)
+board.command(board_run, name="run")
+board.command(board_list, name="list")
+board.command(board_fault, name="fault")
+board.command(board_faults, name="faults")
 app.command(up, name="up")
 demo.command(reach, name="reach")
 can.command(can_up, name="up")

@@ -8,6 +8,7 @@ from typing import Literal
 
 from hal.buses.socketcan import interfaces_up
 from hal.errors import HalError
+from services.board_news import BoardNews
 from services.config import load_robot
 from services.core.child import Child
 from services.core.client import Client
@@ -18,6 +19,7 @@ from services.core.rundir import Claim
 from services.core.stopping import LimbStop, StopRequests
 from services.processes import DEFAULT_ROBOT, HUB, PROCESSES, STAGES, Process, stage_of
 from services.robot_tables import RobotFile
+from services.streams import ROBOT_STATUS
 
 LOOK_EVERY_NS = 20_000_000
 HUB_START_S = 10.0
@@ -111,10 +113,15 @@ class Stack:
             if child.ended():
                 raise child.death()
 
-    def wait(self) -> None:
-        """Watch until a process ends, which raises ProcessDiedError, or somebody interrupts."""
+    def wait(self, look: Callable[[], None] | None = None) -> None:
+        """Watch until a process ends, which raises ProcessDiedError, or somebody interrupts.
+
+        `look` is called each time that the processes were looked at.
+        """
         while True:
             self.check()
+            if look is not None:
+                look()
             self._clock.sleep_until(self._clock.now_ns() + LOOK_EVERY_NS)
 
     def stop(self) -> None:
@@ -218,7 +225,7 @@ def up(robot: str = DEFAULT_ROBOT, *, can: Can | None = None, seed: int = 0, nam
             signal.signal(number, signal.default_int_handler)  # a stop like Ctrl-C
         with stack:
             print(f"up, hub at {stack.endpoint}; Ctrl-C stops", flush=True)
-            stack.wait()
+            stack.wait(_board_news(stack))
     except KeyboardInterrupt:
         print("stopped", flush=True)
         return 0
@@ -229,6 +236,18 @@ def up(robot: str = DEFAULT_ROBOT, *, can: Can | None = None, seed: int = 0, nam
         print(f"error: {error}", file=sys.stderr)
         return 2
     return 0
+
+
+def _board_news(stack: Stack) -> Callable[[], None]:
+    """What prints a line when a board's state changes."""
+    news = BoardNews()
+
+    def look() -> None:
+        for status in stack.client.new(ROBOT_STATUS):
+            for line in news.lines(status):
+                _say(line)
+
+    return look
 
 
 def choose_can(asked: Can | None, interfaces: Sequence[str]) -> tuple[Can, str]:
