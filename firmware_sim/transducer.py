@@ -44,6 +44,8 @@ class Transducers:
 
     def words(self, wrenches: Matrix) -> list[list[int]]:
         """Converter words (6 each) for one wrench per sensor (6: N then Nm, sensor frame)."""
+        if not self._noise_rngs:
+            return []
         if self._sample == SAMPLES_PER_DRAW:
             draws = [rng.standard_normal((SAMPLES_PER_DRAW, 6)) for rng in self._noise_rngs]
             self._levels = list(np.stack(draws, axis=1) * self._deviation + self._level)

@@ -69,6 +69,8 @@ class RigidBodies:
 
         `diagonal` (n) is added to the joints' inertia, `off` to that between the coupled pairs.
         """
+        if self.n == 0:
+            return tau_nm
         at, q, dq, tau = self._at, self._q, self._dq, self._tau
         q[at], dq[at], tau[at] = q_rad, dq_rad_s, tau_nm
         self._armature[at] = diagonal

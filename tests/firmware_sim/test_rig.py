@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firmware_sim.boards.axis import AxisPort
 from firmware_sim.description import BoardSpec, RigSpec
 from firmware_sim.network import RigError
 from firmware_sim.rig import Rig
@@ -17,9 +16,14 @@ POSITIONS = {"bll_ie": 2, "dc4": 4, "strain": 0}
 ELBOW, PROSUP = 6, 7
 
 
+class RecordingPort:
+    def __init__(self) -> None:
+        self.raw_encoder, self.current_ma, self.pwm, self.enabled = 0, 0, 0, False
+
+
 class RecordingAxis:
     def __init__(self) -> None:
-        self.port = AxisPort()
+        self.port = RecordingPort()
         self.calibrated = False
         self.fault_entries = 0
 
