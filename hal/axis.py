@@ -44,6 +44,7 @@ class Axis:
         "address",
         "calibration_failure",
         "fault_bits",
+        "full_pwm",
         "heard_ns",
         "index",
         "interaction",
@@ -53,6 +54,7 @@ class Axis:
         "number",
         "offset_counts",
         "on_change",
+        "on_limits",
         "partners",
         "replies",
         "said",
@@ -72,8 +74,13 @@ class Axis:
         readings: JointReadings,
         velocity_shift: int,
         velocity_count: float | None,
+        full_pwm: int,
     ) -> None:
-        """`velocity_count`: ticks/ms of a VELOCITY frame's count, None when none is broadcast."""
+        """What depends on the board's type stands last.
+
+        `velocity_count`: ticks/ms of a VELOCITY frame's count, None when none is broadcast.
+        `full_pwm`: PWM count of a bridge that is always on.
+        """
         self.index = index
         self.joint = joint
         self.line = line
@@ -89,12 +96,14 @@ class Axis:
         self.switching = False
         self.offset_counts = 0
         self.calibration_failure = ""
+        self.full_pwm = full_pwm
         self.partners: tuple[Axis, ...] = ()  # switched together with this one by the firmware
         self.suspects: list[Callable[[int], str]] = []  # why it may fault without a bit, by now_ns
         self.said = ""  # last text that its board has printed
         self.said_ns = 0
         self.replies: dict[int, tuple[int, ...]] = {}
         self.on_change: Callable[[], None] = _nothing
+        self.on_limits: Callable[[], None] = _nothing
         self._readings = readings
         count = velocity_count or 0.0
         self._velocity_rad_s = 1000.0 * self.units.rad_per_tick * count
@@ -146,6 +155,11 @@ class Axis:
     def set_moving(self, moving: bool) -> None:
         """Note that a movement of the board's own begins or ends."""
         self._readings.moving[self.index] = moving
+
+    @property
+    def motion(self) -> tuple[float, float]:
+        """Angle and speed, rad and rad/s."""
+        return self._readings.q_rad[self.index], self._readings.dq_rad_s[self.index]
 
     @property
     def fault_text(self) -> str:

@@ -1,4 +1,7 @@
-"""Calibration of the encoders by the boards (can-protocol 10.5), in groups, with reduced PWM."""
+"""Calibration of the encoders by the boards (can-protocol 10.5), in groups, with reduced PWM.
+
+It can be broken off and asked for again: what is calibrated stays so and is only switched on.
+"""
 
 from collections.abc import Sequence as Values
 from itertools import groupby
@@ -17,26 +20,65 @@ POLL_NS = 50_000_000
 BUSY = 0xF0  # high nibble of the internal mode while calibrating
 
 
-def calibrate(axes: Values[Axis]) -> Sequence:
-    """All axes, group by group; a group that fails ends it, its failed axes switched off."""
+def with_partners(axes: Values[Axis]) -> list[Axis]:
+    """The axes and those coupled with them: boards power a pair when both are calibrated."""
+    chosen = list(axes)
+    for axis in axes:
+        chosen += [partner for partner in axis.partners if partner not in chosen]
+    return chosen
+
+
+def calibrate(axes: Values[Axis], *, again: bool = False) -> Sequence:
+    """All axes, group by group; a group that fails ends it, its failed axes switched off.
+
+    Calibrated axes are left as they are and switched on, unless `again`.
+    """
     ordered = sorted(axes, key=_order)
     for _, group in groupby(ordered, key=_order):
-        reason = yield from together(_calibrate_axis(axis) for axis in list(group))
+        reason = yield from together(
+            _switch_on(axis) if axis.is_calibrated and not again else _calibrate_axis(axis)
+            for axis in list(group)
+        )
         if reason:
             return reason
     return ""
 
 
 def _order(axis: Axis) -> int:
-    return axis.joint.calibration.order
+    return min(one.joint.calibration.order for one in (axis, *axis.partners))
 
 
 def _calibrate_axis(axis: Axis) -> Sequence:
-    calibration = axis.joint.calibration
+    axis.calibration_failure = ""
+    reason = ""
     if axis.mode == ControlMode.HW_FAULT:
         reason = yield from switch_mode(axis, ControlMode.IDLE)
-        if reason:
-            return reason
+    if not reason:
+        reason = yield from _run(axis)
+    if not reason:
+        reason = yield from _switch_on(axis)
+    if reason:
+        axis.set_calibrated(False)
+        axis.calibration_failure = reason
+        yield from idle([axis])
+    return reason
+
+
+def _switch_on(axis: Axis) -> Sequence:
+    """Position mode, stiff; also out of a hardware fault."""
+    reason = ""
+    if axis.mode == ControlMode.HW_FAULT:
+        reason = yield from switch_mode(axis, ControlMode.IDLE)
+    if not reason:
+        reason = yield from switch_mode(axis, ControlMode.POSITION)
+    if not reason:
+        reason = yield from switch_interaction(axis, InteractionMode.STIFF)
+    return reason
+
+
+def _run(axis: Axis) -> Sequence:
+    """What the board does by itself, with the PWM that the robot file allows for it."""
+    calibration = axis.joint.calibration
     axis.set_moving(True)
     axis.switching = True
     try:
@@ -58,13 +100,6 @@ def _calibrate_axis(axis: Axis) -> Sequence:
         axis.switching = False
         axis.set_moving(False)
         axis.command(motor.SET_PWM_LIMIT, axis.joint.pwm_limit)
-    if not reason:
-        reason = yield from switch_mode(axis, ControlMode.POSITION)
-    if not reason:
-        reason = yield from switch_interaction(axis, InteractionMode.STIFF)
-    if reason:
-        axis.set_calibrated(False)
-        yield from idle([axis])
     return reason
 
 
@@ -78,7 +113,7 @@ def _done(axis: Axis) -> Sequence:
         yield
         if axis.mode == ControlMode.HW_FAULT:
             return f"{axis.name} failed while calibrating: {axis.fault_text}"
-        if axis.address in line.muted:
+        if not axis.is_available:
             return f"{axis.name}: its board fell silent while calibrating"
         if line.now_ns >= poll_ns:
             if axis.mode == ControlMode.IDLE and is_stopped(axis):

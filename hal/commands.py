@@ -49,6 +49,14 @@ class Commands:
             self._setpoints[joint].set_torque(value, self._machine.now_ns)
         return True
 
+    def set_duties(self, joints: Sequence[int], duty_percent: Sequence[float]) -> bool:
+        """Open-loop PWM."""
+        if not self._accepts("duties", joints, duty_percent, ControlMode.OPENLOOP):
+            return False
+        for joint, value in zip(joints, duty_percent, strict=True):
+            self._setpoints[joint].set_duty(value, self._machine.now_ns)
+        return True
+
     def set_impedance_offsets(self, joints: Sequence[int], tau_nm: Sequence[float]) -> bool:
         """Offsets of the joints that can be compliant; the others need none."""
         if not self._accepts("impedance offsets", joints, tau_nm, None):

@@ -13,11 +13,19 @@ from hal.faults import FaultLog
 from hal.inventory import Inventory
 from hal.line import Line
 from hal.readings import JointReadings
-from hal.registry import board_type
+from hal.registry import board_type, motor_board_type
 from hal.stalls import Stalls
 from hal.suspects import suspect_boards, suspect_torques
 from hal.torques import VirtualSensor
 from hal.wire.motor_periodic import VELOCITY
+
+SENSOR_KINDS = {
+    "strain": ("force_torque",),
+    "strain2": ("force_torque",),
+    "mais": ("hall",),
+    "mtb": ("skin",),
+    "imu": ("imu",),
+}
 
 
 class Machine:
@@ -59,11 +67,13 @@ class Machine:
 
     def _axis(self, index: int, joint: Joint, board: Board) -> Axis:
         description = self.description
+        kind = motor_board_type(board.type)
         count: float | None = None
         if board.broadcast[joint.address - board.address] & VELOCITY.mask_bit:
-            count = board_type(board.type).velocity_count(description.speed_estimate_shift)
+            count = kind.velocity_count(description.speed_estimate_shift)
         line = self.lines[joint.bus]
-        return Axis(index, joint, line, self.readings, description.velocity_shift, count)
+        shift, full_pwm = description.velocity_shift, kind.full_pwm
+        return Axis(index, joint, line, self.readings, shift, count, full_pwm)
 
     def _board(self, board: Board, axes: tuple[Axis, ...]) -> HostBoard:
         places = [
@@ -106,6 +116,17 @@ class Machine:
             if axis in sensor.axes:
                 return sensor
         return None
+
+    def sensors_by_kind(self) -> dict[str, tuple[str, ...]]:
+        """Names of the sensors that measure each kind of thing."""
+        kinds: dict[str, tuple[str, ...]] = {}
+        for name, sensor in self.sensors.items():
+            measured = list(SENSOR_KINDS.get(sensor.board.type, ()))
+            if sensor.board.type == "mtb" and sensor.board.frame:
+                measured.append("inertial")
+            for kind in measured:
+                kinds[kind] = (*kinds.get(kind, ()), name)
+        return kinds
 
     def indices(self, names: tuple[str, ...]) -> tuple[int, ...]:
         """Places of joints by name, all of them when no name is given.

@@ -75,11 +75,11 @@ def settled(axis: Axis) -> Sequence:
     return ""
 
 
-def stop(axes: Values[Axis], q_rad: Values[float]) -> Sequence:
-    """Stiff, position mode, move to `q_rad` (empty = stay), idle: 3 s whatever the boards do."""
+def stop(axes: Values[Axis], q_rad: Values[float], limit_ns: int = STOP_NS) -> Sequence:
+    """Stiff, position mode, move to `q_rad` (empty = stay), idle: in time whatever boards do."""
     if not axes:
         return ""
-    deadline_ns = axes[0].line.now_ns + STOP_NS - IDLE_RESERVE_NS
+    deadline_ns = axes[0].line.now_ns + limit_ns - IDLE_RESERVE_NS
     bringing_down = _bring_down(axes, q_rad)
     reason = ""
     while axes[0].line.now_ns < deadline_ns:

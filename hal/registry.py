@@ -6,7 +6,7 @@ x = "package.module:Class".
 
 from importlib import import_module
 from importlib.metadata import entry_points
-from typing import Protocol
+from typing import Protocol, cast
 
 from hal.boards.board import HostBoard, Parts
 from hal.errors import DescriptionError
@@ -30,16 +30,33 @@ class BoardType(Protocol):
     """A class of the registry."""
 
     addresses: int  # consecutive addresses that such a board owns
-    full_pwm: int  # PWM count of a bridge that is always on
-    max_current_ma: int  # largest current limit that it accepts
 
     def __call__(self, parts: Parts) -> HostBoard:
         """Make the host side of one board."""
         ...
 
+
+class MotorBoardType(BoardType, Protocol):
+    """A class of the registry whose boards have axes."""
+
+    full_pwm: int  # PWM count of a bridge that is always on
+    max_current_ma: int  # largest current limit that it accepts
+
     def velocity_count(self, speed_estimate_shift: int) -> float:
         """What one count of a VELOCITY frame is, in ticks/ms."""
         ...
+
+
+def motor_board_type(name: str) -> MotorBoardType:
+    """The class behind the type name of a motor board.
+
+    Raises:
+        DescriptionError: unknown type, or one without axes.
+    """
+    kind = board_type(name)
+    if not hasattr(kind, "full_pwm"):
+        raise DescriptionError(f"a {name} has no axes")
+    return cast("MotorBoardType", kind)
 
 
 def board_type(name: str) -> BoardType:

@@ -3,18 +3,23 @@
 from collections.abc import Callable, Sequence
 
 from hal.axis import Axis
-from hal.calibration import calibrate
+from hal.calibration import calibrate, with_partners
+from hal.checks import owner_of
 from hal.errors import DescriptionError
 from hal.machine import Machine
 from hal.motion import idle, move, stop
+from hal.registry import motor_board_type
 from hal.switching import INTERACTIONS, MODES, switch_interaction, switch_mode
 from hal.tasks import Sequence as Steps
 from hal.tasks import Task, Tasks, together
+from hal.tuning import Tuning, tune
 from hal.units import AxisUnits
 from hal.wire import motor
 from hal.wire.modes import ControlMode, InteractionMode
 
 Axes = list[Axis]
+PARK_S = 30.0
+AGAIN = "again"
 Prepared = Steps | str  # the work, or why it is refused
 
 
@@ -35,11 +40,12 @@ class Requests:
     ) -> Task:
         """Start it, or refuse it with the reason."""
         prepare: dict[str, Callable[[Axes], Prepared]] = {
-            "calibrate": self._calibrate,
+            "calibrate": lambda axes: self._calibrate(axes, value),
             "move": lambda axes: self._move(axes, q_rad, duration_s),
             "mode": lambda axes: self._mode(axes, value),
             "interaction": lambda axes: self._interaction(axes, value),
             "stop": lambda axes: self._stop(axes, q_rad),
+            "park": lambda axes: self._park(axes, q_rad, duration_s),
             "idle": self._idle,
         }
         if action not in prepare:
@@ -50,22 +56,48 @@ class Requests:
             return self._refused(action, str(error))
         if len(set(indices)) != len(indices):
             return self._refused(action, "a joint is named twice")
+        if action == "calibrate":
+            indices = tuple(axis.index for axis in with_partners(self._chosen(indices)))
         if action in ("stop", "idle"):
             self._tasks.end_all(f"ended by {action}")
         conflict = self._tasks.conflict(indices)
         if conflict is not None:
             return self._refused(action, f"busy: {conflict.action} uses one of these joints")
-        work = prepare[action]([self._machine.axes[i] for i in indices])
+        work = prepare[action](self._chosen(indices))
         if isinstance(work, str):
             return self._refused(action, work)
         return self._tasks.start(Task(action, indices, work))
+
+    def tune(self, name: str, change: Tuning) -> Task:
+        """Change a setting of one joint."""
+        try:
+            (index,) = self._machine.indices((name,))
+        except DescriptionError as error:
+            return self._refused("tune", str(error))
+        conflict = self._tasks.conflict((index,))
+        if conflict is not None:
+            return self._refused("tune", f"busy: {conflict.action} uses this joint")
+        axis = self._machine.axes[index]
+        description = self._machine.description
+        work: Prepared = _unavailable([axis])
+        if not work:
+            owner = motor_board_type(owner_of(description, axis.joint).type)
+            work = tune(axis, change, description.joints[index], owner.max_current_ma)
+        if isinstance(work, str):
+            return self._refused("tune", work)
+        return self._tasks.start(Task("tune", (index,), work))
+
+    def _chosen(self, indices: Sequence[int]) -> Axes:
+        return [self._machine.axes[index] for index in indices]
 
     def _refused(self, action: str, reason: str) -> Task:
         self._machine.faults.refuse(f"request {action}")
         return Task.refused(action, reason)
 
-    def _calibrate(self, axes: Axes) -> Prepared:
-        return _unavailable(axes) or calibrate(axes)
+    def _calibrate(self, axes: Axes, value: str) -> Prepared:
+        if value not in ("", AGAIN):
+            return f"unknown value {value!r}; known: {AGAIN}"
+        return _unavailable(axes) or calibrate(axes, again=value == AGAIN)
 
     def _move(self, axes: Axes, q_rad: Sequence[float], duration_s: float) -> Prepared:
         reason = _unavailable(axes) or wrong_posture(axes, q_rad)
@@ -90,6 +122,8 @@ class Requests:
                 reason = f"{axis.name} is not calibrated"
             if not reason and mode == ControlMode.TORQUE:
                 reason = self._no_torques(axis)
+            if not reason and mode == ControlMode.OPENLOOP:
+                reason = _outside_limits(axis)
         return reason or together([switch_mode(axis, mode) for axis in axes])
 
     def _interaction(self, axes: Axes, value: str) -> Prepared:
@@ -117,6 +151,14 @@ class Requests:
             self._machine.faults.report(self._machine.now_ns, f"stop without moving: {reason}")
         return stop(axes, [] if reason else list(q_rad))
 
+    def _park(self, axes: Axes, q_rad: Sequence[float], duration_s: float) -> Prepared:
+        """A stop that takes its time; a posture that does not fit is refused, nothing is urgent."""
+        limit_s = PARK_S if duration_s == 0.0 else duration_s
+        reason = _unavailable(axes) or wrong_posture(axes, q_rad)
+        if not reason and not 0.0 < limit_s <= PARK_S:
+            reason = f"duration_s {duration_s} is not within 0 and {PARK_S:g}"
+        return reason or stop(axes, list(q_rad), round(limit_s * 1e9))
+
     def _idle(self, axes: Axes) -> Prepared:
         for axis in axes:
             axis.wanted_mode = ControlMode.IDLE
@@ -126,9 +168,16 @@ class Requests:
 
 def _unavailable(axes: Axes) -> str:
     for axis in axes:
-        if axis.address in axis.line.muted:
-            return f"{axis.name}: its board is silent"
+        if not axis.is_available:
+            return f"{axis.name}: {axis.fault_text or 'its board is silent'}"
     return ""
+
+
+def _outside_limits(axis: Axis) -> str:
+    q_rad = axis.units.q_rad(axis.ticks)
+    if axis.units.min_rad <= q_rad <= axis.units.max_rad:
+        return ""
+    return f"{axis.name} is outside its limits at {q_rad:.4f} rad"
 
 
 def _mode_name(axis: Axis) -> str:

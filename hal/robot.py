@@ -20,12 +20,14 @@ from hal.requests import Requests
 from hal.setpoints import Setpoints
 from hal.startup import Startup
 from hal.tasks import Task, Tasks
+from hal.tuning import Tuning
 from hal.wire import motor
 from hal.wire.modes import ControlMode
 
 Sample = TypeVar("Sample")
 
 KEPT_LOOP_TIMES = 4096
+KEPT_SAMPLES = 256
 FRESH_NS = 100_000_000
 
 
@@ -65,6 +67,7 @@ class Robot:
         self._opening = Task("open", (), self._startup.run())
         self._clock = clock
         self._loop_ms: list[float] = []
+        self._untaken: dict[str, list[object]] = {}
 
     @property
     def phase(self) -> str:
@@ -101,7 +104,8 @@ class Robot:
         for sensor in machine.virtual_sensors:
             sensor.step(now_ns)
         for setpoints in self._setpoints:
-            setpoints.step(now_ns)
+            if setpoints.due_ns <= now_ns:
+                setpoints.step(now_ns)
         machine.flush()
         if commands.arrivals_ns:
             sent_ns = now_ns if self._clock is None else self._clock()
@@ -148,18 +152,30 @@ class Robot:
         """The last faults with time and evidence, newest last."""
         return tuple(self._machine.faults.events)
 
+    @property
+    def sensors(self) -> dict[str, tuple[str, ...]]:
+        """Names of the sensors by kind: force_torque, hall, skin, inertial, imu."""
+        return self._machine.sensors_by_kind()
+
     @overload
     def take_samples(self, sensor: str) -> list[ForceTorqueSample]: ...
 
     @overload
     def take_samples(self, sensor: str, kind: type[Sample]) -> list[Sample]: ...
 
-    def take_samples(self, sensor: str, kind: type = ForceTorqueSample) -> list[object]:
-        """Samples of a kind since the previous call, oldest first (the last 256 at most).
+    def take_samples(self, sensor: str, kind: type = ForceTorqueSample) -> Sequence[object]:
+        """Samples of one kind since the previous call for it, oldest first.
 
-        What the sensor has measured of other kinds is dropped with this call.
+        The last 256 of all kinds are kept. `sensors` tells the kinds.
         """
-        return [one for one in self._machine.sensors[sensor].take() if isinstance(one, kind)]
+        samples = [*self._untaken.get(sensor, ()), *self._machine.sensors[sensor].take()]
+        taken = [sample for sample in samples if isinstance(sample, kind)]
+        if len(taken) < len(samples):
+            samples = [sample for sample in samples if not isinstance(sample, kind)]
+            self._untaken[sensor] = samples[-KEPT_SAMPLES:]
+        elif sensor in self._untaken:
+            del self._untaken[sensor]
+        return taken
 
     def is_fresh(self, joint: int, now_ns: int) -> bool:
         """Whether a joint is calibrated and was heard within the last 100 ms."""
@@ -188,6 +204,14 @@ class Robot:
         """
         return self._commands.set_torques(joints, tau_nm)
 
+    def set_duties(self, joints: Sequence[int], duty_percent: Sequence[float]) -> bool:
+        """Open-loop PWM in percent of the bridge's full scale, in the board's own sign.
+
+        False when refused. After 100 ms without a new one, and near a limit, the joints go to
+        position mode.
+        """
+        return self._commands.set_duties(joints, duty_percent)
+
     def set_joint_torques(
         self, joints: Sequence[int], tau_nm: Sequence[float], arrival_ns: int
     ) -> bool:
@@ -213,21 +237,31 @@ class Robot:
         """Start something that takes time; the Task tells when it is done and why it failed.
 
         No joints means all. Actions:
-            calibrate: in the groups of Calibration.order; ends in position mode, stiff.
+            calibrate: in the groups of Calibration.order; ends in position mode, stiff. Joints
+                that are calibrated are only switched on, unless value is "again".
             move: to q_rad in duration_s, slower where max_velocity says so; not from idle.
-            mode: value idle, position, direct, velocity, torque; idle leaves a hardware fault.
+            mode: value idle, position, direct, velocity, torque, pwm; idle leaves a hardware fault.
             interaction: value stiff or compliant.
             stop: stiff, position mode, move to q_rad (empty = stay), idle; 3 s at most.
+            park: the same, but duration_s at most (30 s at most, and where it is 0).
             idle: all power off at once.
 
         Stop and idle end every other task.
         """
-        if action != "idle" and not (self._opening.done and self._opening.ok):
-            reason = f"the robot has failed: {self._opening.reason}"
-            if not self._opening.done:
-                reason = f"the robot is still in phase {self._startup.phase}"
+        reason = "" if action == "idle" else self._not_open()
+        if reason:
             return Task.refused(action, reason)
         return self._requests.take(action, joints, value, q_rad, duration_s)
+
+    def tune(self, joint: str, change: Tuning) -> Task:
+        """Change gains, impedance or a limit of one joint; done when the board has confirmed it."""
+        reason = self._not_open()
+        return Task.refused("tune", reason) if reason else self._requests.tune(joint, change)
+
+    def _not_open(self) -> str:
+        if not self._opening.done:
+            return f"the robot is still in phase {self._startup.phase}"
+        return "" if self._opening.ok else f"the robot has failed: {self._opening.reason}"
 
     def close(self, now_ns: int) -> None:
         """Every axis idle, broadcasts and sensors silent, sent at once; the buses stay open."""

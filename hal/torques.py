@@ -114,8 +114,8 @@ def is_force_controlled(axis: Axis) -> bool:
 
 
 def make_stiff(axis: Axis) -> None:
-    """Leave force control with this step, reference at the present position."""
+    """Leave force control or open loop with this step, reference at the present position."""
     axis.send(motor.SET_INTERACTION_MODE, InteractionMode.STIFF)
-    if axis.mode == ControlMode.TORQUE:
+    if axis.mode in (ControlMode.TORQUE, ControlMode.OPENLOOP):
         axis.wanted_mode = ControlMode.POSITION
         axis.send(motor.SET_CONTROL_MODE, ControlMode.POSITION)

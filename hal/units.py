@@ -25,12 +25,14 @@ class AxisUnits:
         "board_low_ticks",
         "high_ticks",
         "low_ticks",
+        "max_acceleration_rad_s2",
         "max_move_speed_counts",
         "max_rad",
         "max_velocity_rad_s",
         "min_rad",
         "rad_per_tick",
         "ticks_per_rad",
+        "torque_counts_per_nm",
         "torque_limit_nm",
         "zero_rad",
     )
@@ -45,9 +47,8 @@ class AxisUnits:
         low_deg, high_deg = joint.min_deg + joint.margin_deg, joint.max_deg - joint.margin_deg
         self.min_rad = math.radians(low_deg)
         self.max_rad = math.radians(high_deg)
-        self.max_velocity_rad_s = math.radians(joint.max_velocity_deg_s)
-        fastest_ticks_s = joint.max_velocity_deg_s * abs(joint.ticks_per_deg) / PEAK_OVER_MEAN
-        self.max_move_speed_counts = min(max(int(fastest_ticks_s / 10.0), 1), 0x7FFF)
+        self.max_acceleration_rad_s2 = math.radians(joint.max_acceleration_deg_s2)
+        self.limit_velocity(joint.max_velocity_deg_s)
         limits = (self._ticks_of_deg(joint.min_deg), self._ticks_of_deg(joint.max_deg))
         self.board_low_ticks, self.board_high_ticks = min(limits), max(limits)
         inside = (self._ticks_of_deg(low_deg), self._ticks_of_deg(high_deg))
@@ -55,6 +56,13 @@ class AxisUnits:
         self._velocity_scale = self.ticks_per_rad / 1000.0 * 2**velocity_shift
         source = joint.torque_source
         self.torque_limit_nm = math.nan if source is None else source.full_scale_nm
+        self.torque_counts_per_nm = TORQUE_HALF_RANGE / self.torque_limit_nm
+
+    def limit_velocity(self, max_velocity_deg_s: float) -> None:
+        """Set the speed that no set-point and no move exceeds."""
+        self.max_velocity_rad_s = math.radians(max_velocity_deg_s)
+        fastest_ticks_s = max_velocity_deg_s * abs(self._ticks_per_deg) / PEAK_OVER_MEAN
+        self.max_move_speed_counts = min(max(int(fastest_ticks_s / 10.0), 1), 0x7FFF)
 
     def _ticks_of_deg(self, angle_deg: float) -> int:
         return saturate_i32((angle_deg + self._zero_deg) * self._ticks_per_deg)
@@ -77,7 +85,7 @@ class AxisUnits:
 
     def torque_counts(self, tau_nm: float) -> int:
         """Torque units of a torque, 1 unit = TorqueMax / 0x8000; clamped to the 16-bit range."""
-        return saturate_i16(tau_nm * TORQUE_HALF_RANGE / self.torque_limit_nm)
+        return saturate_i16(tau_nm * self.torque_counts_per_nm)
 
     def stiffness_counts(self, stiffness_nm_deg: float) -> int:
         """Torque units per tick; not limited: a spring that no frame can carry is refused."""

@@ -7,7 +7,7 @@ configured.
 from collections.abc import Iterator
 
 from hal.axis import Axis
-from hal.description import Board, RobotDescription, TorquePid
+from hal.description import Board, RobotDescription
 from hal.wire import motor
 from hal.wire.can import Frame
 from hal.wire.message import AxisCommand
@@ -18,21 +18,21 @@ Setting = tuple[AxisCommand, tuple[int, ...]]
 def axis_settings(axis: Axis, description: RobotDescription) -> Iterator[Setting]:
     """Every setting of one axis. None of them moves it or changes its mode."""
     joint = axis.joint
-    yield from _position_loop(axis)
-    if joint.torque_pid is not None:
-        yield from _torque_loop(joint.torque_pid)
+    yield from position_settings(axis)
+    yield from torque_settings(axis)
     if axis.can_be_compliant:
         yield impedance_setting(axis)
     yield motor.SET_MIN_POSITION, (axis.units.board_low_ticks,)
     yield motor.SET_MAX_POSITION, (axis.units.board_high_ticks,)
-    yield motor.SET_CURRENT_LIMIT, (joint.current_limit_ma,)
+    yield velocity_limit_setting(axis)
+    yield current_limit_setting(axis)
     yield motor.SET_VEL_SHIFT, (description.velocity_shift,)
     yield motor.SET_VEL_TIMEOUT, (description.velocity_timeout_ms,)
     yield motor.SET_PWM_LIMIT, (joint.pwm_limit,)
     yield motor.SET_SPEED_ESTIM_SHIFT, (description.speed_estimate_shift,) * 4
 
 
-def _position_loop(axis: Axis) -> Iterator[Setting]:
+def position_settings(axis: Axis) -> Iterator[Setting]:
     """All seven gains, or the axis cannot be enabled (can-protocol 2.3)."""
     pid = axis.joint.position_pid
     yield motor.SET_P_GAIN, (pid.kp,)
@@ -45,7 +45,11 @@ def _position_loop(axis: Axis) -> Iterator[Setting]:
     yield motor.SET_POS_STICTION_PARAMS, (pid.stiction_up, pid.stiction_down)
 
 
-def _torque_loop(pid: TorquePid) -> Iterator[Setting]:
+def torque_settings(axis: Axis) -> Iterator[Setting]:
+    """The torque loop, where the robot file has one."""
+    pid = axis.joint.torque_pid
+    if pid is None:
+        return
     yield motor.SET_TORQUE_PID, (pid.kp, pid.ki, pid.kd, pid.shift)
     yield motor.SET_TORQUE_PIDLIMITS, (pid.offset, pid.output_limit, pid.integral_limit)
     yield motor.SET_MOTOR_PARAMS, (pid.bemf, pid.bemf_shift, pid.ktau, pid.ktau_shift)
@@ -62,6 +66,16 @@ def impedance_setting(axis: Axis) -> Setting:
         axis.units.stiffness_counts(impedance.stiffness_nm_deg),
         axis.units.damping_counts(impedance.damping_nms_deg),
     )
+
+
+def current_limit_setting(axis: Axis) -> Setting:
+    """Current at which the board's I2T watch begins."""
+    return motor.SET_CURRENT_LIMIT, (axis.joint.current_limit_ma,)
+
+
+def velocity_limit_setting(axis: Axis) -> Setting:
+    """The firmware stores it and does nothing with it; the host keeps to it all the same."""
+    return motor.SET_MAX_VELOCITY, (abs(axis.units.velocity_counts(axis.units.max_velocity_rad_s)),)
 
 
 def address_settings(board: Board, address: int) -> Iterator[Frame]:

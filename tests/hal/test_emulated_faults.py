@@ -83,7 +83,7 @@ def test_explains_the_emergency_button(ready: Bench, slot: int) -> None:
 def test_does_not_calibrate_while_the_emergency_button_is_pressed(ready: Bench) -> None:
     for axis in ready.axes:
         axis.port.external_fault = True
-    task = ready.robot.request("calibrate", ["pitch", "roll"])
+    task = ready.robot.request("calibrate", ["pitch", "roll"], "again")
     ready.finish(task, limit_ms=400)
 
     assert "pitch not calibrated: emergency button pressed" in task.reason

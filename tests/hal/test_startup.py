@@ -59,7 +59,7 @@ def test_configures_the_shoulder_pitch_in_the_order_of_the_icub_pc(script: Scrip
         sent += [one for one in script.tick() if one.startswith("001")]
 
     assert sent[1] == "001 5B0106"
-    assert sent[2:27] == [
+    assert sent[2:28] == [
         "001 7400",  # stiff
         "001 F400",
         "001 1E007D",  # kp 32000
@@ -79,6 +79,7 @@ def test_configures_the_shoulder_pitch_in_the_order_of_the_icub_pc(script: Scrip
         "001 579000332A000000",  # impedance, example 20
         "001 409F030000",  # min 927
         "001 424F080000",  # max 2127
+        "001 44AF00",  # 60 deg/s, stored
         "001 48581B0000",  # 7000 mA, example 11
         "001 4A0800",  # velocity shift, example 12
         "001 566400",  # velocity time-out
