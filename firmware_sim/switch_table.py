@@ -180,7 +180,8 @@ def _overcurrent(target: Target, spec: FaultSpec) -> Undo:
 
     def flow() -> None:
         for port in target.ports:
-            port.current_ma = current_ma
+            if port.enabled:  # nothing flows through an open bridge
+                port.current_ma = current_ma
 
     return target.hold(flow)
 

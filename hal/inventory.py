@@ -25,7 +25,7 @@ class Record:
         self.reason = "not asked yet"
         self.since_ns = 0
         self.version: Version | None = None
-        self.heard_ns = 0
+        self.heard_ns: int | None = None  # the last answer to the handshake under way
         self.shaking_hands = False
         self.twin: Version | None = None  # a second, different or simultaneous answer
 
@@ -53,7 +53,7 @@ class Inventory:
         if version is None or data[0] != code:
             return
         record = self.records[board.board.name]
-        together = record.version is not None and stamp_ns - record.heard_ns <= COLLISION_NS
+        together = record.heard_ns is not None and stamp_ns - record.heard_ns <= COLLISION_NS
         if together and (record.shaking_hands or version[:4] != (record.version or ())[:4]):
             record.twin = version
             text = f"{board_name(board.board)}: {self.collision(board)}"
@@ -78,6 +78,7 @@ class Inventory:
         record = self.records[board.board.name]
         record.shaking_hands = True
         record.twin = None
+        record.heard_ns = None  # the answer to the question before is no second one to this
 
     def note(self, board: HostBoard, state: str, now_ns: int, reason: str = "") -> None:
         """A board is in a state: ok, missing, wrong, silent or restarted."""

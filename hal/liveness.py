@@ -87,7 +87,7 @@ class Liveness:
             if board.line is line:
                 silence(board, f"bus {line.number} was off")
                 name = board_name(board.board)
-                text = f"{name} is configured again after its bus was off, its axes are idle"
+                text = f"{name} is configured again after its bus was off{_idle_axes(board)}"
                 self._returning[board.board.name] = self._reconfigure(board, text)
 
     def _check_pulse(self, board: HostBoard, pulse: Pulse, now_ns: int) -> None:
@@ -163,7 +163,7 @@ class Liveness:
                 said = reason
                 self._machine.faults.report(line.now_ns, reason)
                 self._note(board, "wrong", reason)
-        text = f"{name} has restarted; it is configured again, its axes are idle"
+        text = f"{name} has restarted; it is configured again{_idle_axes(board)}"
         reason = yield from self._reconfigure(board, text)
         return reason
 
@@ -219,6 +219,10 @@ def _talks(board: HostBoard) -> bool:
     return bool(board.pulses) and all(
         now_ns - pulse.heard_ns <= pulse.limit_ns for pulse in board.pulses
     )
+
+
+def _idle_axes(board: HostBoard) -> str:
+    return ", its axes are idle" if board.axes else ""
 
 
 def _unmute(board: HostBoard) -> None:

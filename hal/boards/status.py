@@ -1,6 +1,7 @@
 """STATUS frames: control modes, and faults as text with their evidence."""
 
 from collections.abc import Sequence
+from functools import partial
 
 from hal.axis import POWERED, Axis
 from hal.boards.board import Parts, board_name
@@ -9,6 +10,8 @@ from hal.wire.modes import ControlMode
 from hal.wire.motor_periodic import (
     STATUS,
     AxisFault,
+    BoardStatus,
+    CanStatus,
     axis_fault_text,
     board_status_text,
     can_status_text,
@@ -17,13 +20,14 @@ from hal.wire.motor_periodic import (
 # Bits are the state of one cycle; those that say why an axis is in fault must outlast it.
 NOT_A_CAUSE = AxisFault.EXTERNAL  # the button leads to idle, and its bit to nothing but itself
 SAID_RECENTLY_NS = 500_000_000
+HEAT = (BoardStatus.OVERTEMPERATURE_0, BoardStatus.OVERTEMPERATURE_1)
 SILENT_CAUSES = "no fault bit: torque source or coupled board silent, bus-off, or refused to enable"
 
 
 class StatusReader:
     """Reads the STATUS frames of one address."""
 
-    __slots__ = ("_addresses", "_axes", "_faults", "_line", "_name", "_trace")
+    __slots__ = ("_addresses", "_axes", "_causes", "_faults", "_line", "_name", "_trace")
 
     def __init__(self, parts: Parts, axes: Sequence[Axis | None], trace: Trace) -> None:
         self._axes = tuple(axes)
@@ -32,6 +36,10 @@ class StatusReader:
         self._name = board_name(parts.board)
         self._trace = trace
         self._addresses = tuple({axis.address for axis in parts.axes})
+        self._causes = [""] * len(self._axes)  # in the bytes about the board, why it is in fault
+        for number, axis in enumerate(self._axes):
+            if axis is not None:
+                axis.suspects.append(partial(self._own_cause, number))
 
     def on_status(self, data: bytes, stamp_ns: int) -> None:
         """STATUS: sent on a change, each 4 or 5 ms during an emergency stop, and each 5 s."""
@@ -43,12 +51,21 @@ class StatusReader:
         for axis, bits, mode in both:
             if axis is not None:
                 self._on_fault_bits(axis, bits, mode, stamp_ns)
+        for number, mode in enumerate(values[1:4:2]):
+            cause = _board_cause(values[4], values[5] & HEAT[number])
+            if mode != ControlMode.HW_FAULT:
+                self._causes[number] = ""
+            elif cause:
+                self._causes[number] = cause
         # The axis that faulted first: it is the reason why its coupled partner is idle.
         for axis, _, mode in sorted(both, key=_runs):
             if axis is not None:
                 self.on_mode(axis, mode, stamp_ns)
         if any(values[4:]):
             self._on_trouble(values[4], values[5], values[6:8], stamp_ns)
+
+    def _own_cause(self, number: int, now_ns: int) -> str:  # noqa: ARG002  (a suspect)
+        return self._causes[number]
 
     def _on_trouble(
         self, can_bits: int, board_bits: int, errors: Sequence[int], stamp_ns: int
@@ -96,6 +113,12 @@ class StatusReader:
         text = axis_fault_text(news & ~AxisFault.EXTERNAL)
         if text:
             self._faults.report(stamp_ns, f"{axis.name}: {text}", f"{axis.name} {text}")
+
+
+def _board_cause(can_bits: int, heat: int) -> str:
+    """What faults every axis, or one of them, without a bit in the axis's own byte."""
+    texts = (can_status_text(can_bits & CanStatus.BUS_OFF), board_status_text(heat))
+    return "; ".join(text for text in texts if text)
 
 
 def _runs(entry: tuple[Axis | None, int, int]) -> bool:

@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from hal.boards.status import SILENT_CAUSES
 from tests.hal.arm import PITCH, PROSUP, ROLL, WRIST
 from tests.hal.scripted import Script
 
@@ -185,3 +186,22 @@ def test_forgets_the_emergency_button_once_it_is_released(script: Script) -> Non
     script.tick()
 
     assert not any("emergency" in text for text in script.robot.joints.fault)
+
+
+@pytest.mark.parametrize(
+    ("status", "cause"),
+    [
+        ("113 00A0000100040000", ""),  # over-temperature of the other axis
+        ("113 00A0000100020000", "over-temperature axis 0"),
+        ("113 00A000A002000000", "CAN bus-off"),
+    ],
+)
+def test_finds_the_cause_of_a_fault_in_the_bytes_about_the_board(
+    script: Script, status: str, cause: str
+) -> None:
+    script.say(status)
+    script.tick()
+    assert script.robot.joints.fault[PITCH] == f"hardware fault: {cause or SILENT_CAUSES}"
+    script.say("113 00A0000100000000")  # heat and bus-off are told once, the fault stays
+    script.tick()
+    assert script.robot.joints.fault[PITCH] == f"hardware fault: {cause or SILENT_CAUSES}"

@@ -142,3 +142,11 @@ def test_reports_a_silence_right_after_the_emergency_button(script: Script) -> N
     script.tick(120)
 
     assert script.robot.status().faults[-1].startswith(f"{SHOULDER} silent for 0.09")
+
+
+def test_takes_the_answers_to_two_handshakes_for_those_of_one_board(script: Script) -> None:
+    del script.bus.positions[0x111]
+    script.bus.answers[frame("001 38")] = frame("010 38000000")
+    script.tick(1500)
+
+    assert not [text for text in script.robot.status().faults if "two boards" in text]
