@@ -53,9 +53,7 @@ class Rig:
         self._axes = [self._network.axis(axis) for _, axis in own]
         self._own = [i for i, _ in own]
         self._every_axis = self._network.axes()
-        self._wires = Wires(
-            [None if axis.driven else self._network.axis(axis).port for axis in moved]
-        )
+        self._wires = self._wire(own, len(moved))
         self._senses = Senses(spec, self._network, self.plant)
         self._limits = LimitCounter([axis.limit_deg for _, axis in own])
         self._push_n: Vector | None = None
@@ -154,6 +152,15 @@ class Rig:
         """True position (m) and rotation vector (rad) of the tip frame in the base frame."""
         (x, y, z), (a, b, c) = (part.tolist() for part in self.plant.tip_pose())
         return (x, y, z), (a, b, c)
+
+    def _wire(self, own: Sequence[tuple[int, AxisSpec]], axes: int) -> Wires:
+        rows, ports = {}, {}
+        for i, axis in own:
+            if isinstance(self.board(axis.bus, axis.address), MotorBoard):
+                rows[i] = self._network.row(axis)
+            else:
+                ports[i] = self._network.axis(axis).port
+        return Wires(self._network.bank, rows, ports, axes)
 
     def _wake(self, spec: RigSpec) -> None:
         """Let the boards boot where the joints stand."""

@@ -1,14 +1,16 @@
 """The wires between motor boards and plant: encoders and currents in, duties and bridges out."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_sim.boards.axis import AxisPort
+from firmware_sim.boards.bank import AxisBank
 from firmware_sim.description import AxisSpec
+from firmware_sim.motor import Switches
 from firmware_sim.plants.couplings import Readout
 
 Vector = NDArray[np.float64]
@@ -50,26 +52,37 @@ class Encoders:
 
 
 class Wires:
-    """The ports of n axes; None where a board is elsewhere."""
+    """The wires of some axes. Most boards keep theirs in a bank; one that does not has ports."""
 
-    def __init__(self, ports: Sequence[AxisPort | None]) -> None:
-        self._ports = [(i, port) for i, port in enumerate(ports) if port is not None]
-        self._pwm: Vector = np.zeros(len(ports))
-        self._enabled = np.zeros(len(ports), dtype=np.bool_)
+    def __init__(
+        self, bank: AxisBank, rows: Mapping[int, int], ports: Mapping[int, AxisPort], axes: int
+    ) -> None:
+        """`rows` and `ports` have the axis's number, one of `axes`, as their key."""
+        self._bank = bank
+        self._at = np.array(list(rows), dtype=np.intp)
+        self._rows = np.array(list(rows.values()), dtype=np.intp)
+        self._ports = ports
+        self._pwm: Vector = np.zeros(axes)
+        self._enabled: Switches = np.zeros(axes, dtype=np.bool_)
 
     def show(self, counts: Ticks, current_a: Vector) -> None:
         """Set what encoders and current sensors read."""
-        ticks, milliamperes = counts.tolist(), (current_a * MA_PER_A).astype(np.int64).tolist()
-        for i, port in self._ports:
-            port.raw_encoder = ticks[i]
-            port.current_ma = milliamperes[i]
+        milliamperes = (current_a * MA_PER_A).astype(np.int64)
+        self._bank.raw_encoder[self._rows] = counts[self._at]
+        self._bank.current_ma[self._rows] = milliamperes[self._at]
+        for i, port in self._ports.items():
+            port.raw_encoder = int(counts[i])
+            port.current_ma = int(milliamperes[i])
 
-    def command(self) -> tuple[Vector, NDArray[np.bool_]]:
+    def command(self) -> tuple[Vector, Switches]:
         """PWM counts of the motors, zero where the bridge is off, and which bridges are on."""
-        for i, port in self._ports:
-            self._enabled[i] = on = port.enabled
-            self._pwm[i] = port.pwm if on else 0
-        return self._pwm, self._enabled
+        pwm, enabled = self._pwm, self._enabled
+        pwm[self._at] = self._bank.port_pwm[self._rows]
+        enabled[self._at] = self._bank.port_enabled[self._rows]
+        for i, port in self._ports.items():
+            pwm[i], enabled[i] = port.pwm, port.enabled
+        pwm *= enabled
+        return pwm, enabled
 
 
 def resting_counts(axis: AxisSpec) -> int:

@@ -72,7 +72,7 @@ def make(monkeypatch: pytest.MonkeyPatch, exact_spec: RigSpec) -> RigSpec:
 
 
 def drive(rig: Rig, joint: int, pwm: int, ticks: int) -> None:
-    port = dict(rig._wires._ports)[joint]
+    port = rig._wires._ports[joint]
     port.pwm, port.enabled = pwm, True
     for _ in range(ticks):
         rig.step({})
@@ -94,7 +94,8 @@ def test_third_axis_of_a_4dc_answers_at_the_second_address(make: RigSpec) -> Non
     assert recording(rig, 2, 4) is board
     # wrist yaw at 0 deg: 180 * 11.375 = 2047.5 to the nearest, plus 1058
     assert board.ports[2].raw_encoder == 3106
-    assert dict(rig._wires._ports)[9] is board.ports[2]
+    drive(rig, 9, -300, 20)
+    assert board.ports[2].pwm == -300
 
 
 def test_incremental_encoder_counts_from_power_up(make: RigSpec) -> None:
