@@ -144,17 +144,18 @@ def open_bus(plugged: Plugged, wire: Wire, clock: RealClock) -> Iterator[tuple[F
     """
     bus: FrameBus
     channel = wire.channel or plugged.bus.channel
+    robot = robot_name(str(plugged.robot.path))
+    stack = wire.stack or robot
     if wire.interface:
         bus = PythonCanBus(wire.interface, channel, clock)
         with closing(bus):
             yield bus, f"{wire.interface} {channel}"
-    elif (wire.can or found_out(channel)) == "socketcan":
+    elif (wire.can or found_out(stack, channel)) == "socketcan":
         bus = SocketCanBus(channel, clock)
         with closing(bus):
             yield bus, channel
     else:
-        robot = robot_name(str(plugged.robot.path))
-        endpoint = wire.hub or read_record(wire.stack or robot).endpoint
+        endpoint = wire.hub or read_record(stack).endpoint
         session = connect(endpoint)
         try:
             bus = ZenohBus(f"{robot}/can{plugged.bus.number}", session=session, clock=clock)
@@ -173,19 +174,22 @@ def closing(bus: FrameBus) -> Iterator[None]:
         bus.shutdown()
 
 
-def found_out(channel: str) -> str:
-    """The transport where the user names none.
+def found_out(stack: str, channel: str) -> str:
+    """The transport where the user names none: that of the running stack.
 
     Raises:
-        ServiceError: the interface is not up, and no stack is that could carry the frames.
+        ServiceError: no stack is up, and the interface is not.
     """
+    used = {record.name: record.can for record in running()}.get(stack)
+    if used == "zenoh":
+        return used
     if interfaces_up((channel,)):
         return "socketcan"
-    if running():
+    if used is not None:
         return "zenoh"
     raise ServiceError(
         f"{channel} is not up on this machine (ulna can up makes virtual interfaces), "
-        "and no stack is up whose CAN over Zenoh could be joined"
+        f"and no stack {stack!r} is up whose CAN over Zenoh could be joined"
     )
 
 

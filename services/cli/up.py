@@ -27,7 +27,7 @@ READY_S = 60.0  # all processes import and build their models at once, on two co
 FORCE_AFTER_S = GRACE_S + 1.0
 LAST_TO_STOP = ("boards", HUB.name)  # the others speak to them until their own end
 
-Can = Literal["zenoh", "socketcan"]
+Can = Literal["zenoh", "socketcan", "mixed"]
 
 
 class Stack:
@@ -207,7 +207,9 @@ def up(robot: str = DEFAULT_ROBOT, *, can: Can | None = None, seed: int = 0, nam
 
     Args:
         robot: name[:parts][@site] of a robot in robots/, or a robot file.
-        can: what carries the CAN frames [socketcan where the interfaces are up, else zenoh].
+        can: what carries the CAN frames; mixed is socketcan on the interfaces that are up and zenoh
+            on the others [socketcan where all are up, mixed where real boards are on those that
+            are, else zenoh].
         seed: of the emulated robot's random draws.
         name: tells stacks of one robot apart [the robot's].
 
@@ -217,7 +219,7 @@ def up(robot: str = DEFAULT_ROBOT, *, can: Can | None = None, seed: int = 0, nam
     try:
         robot_file = load_robot(robot)
         interfaces = tuple(bus.channel for bus in robot_file.buses.values())
-        chosen, reason = choose_can(can, interfaces)
+        chosen, reason = choose_can(can, interfaces, real_interfaces(robot_file))
         print(f"CAN over {chosen}: {reason}", flush=True)
         rows = rows_for(robot_file)
         stack = Stack(robot, can=chosen, seed=seed, name=name, rows=rows, report=_say)
@@ -250,14 +252,28 @@ def _board_news(stack: Stack) -> Callable[[], None]:
     return look
 
 
-def choose_can(asked: Can | None, interfaces: Sequence[str]) -> tuple[Can, str]:
-    """The transport of a live stack, and why."""
+def choose_can(
+    asked: Can | None, interfaces: Sequence[str], real: Sequence[str] = ()
+) -> tuple[Can, str]:
+    """The transport of a live stack, and why; `real` are the interfaces that have real boards."""
     if asked is not None:
         return asked, "as asked for"
     names = ", ".join(interfaces)
     if interfaces_up(interfaces):
         return "socketcan", f"the interfaces are up: {names}"
+    there = [name for name in real if interfaces_up((name,))]
+    if there:
+        return (
+            "mixed",
+            f"real boards are on {', '.join(there)}; the others over zenoh",
+        )
     return "zenoh", f"the interfaces are not all up here: {names} (ulna can up makes virtual ones)"
+
+
+def real_interfaces(robot: RobotFile) -> tuple[str, ...]:
+    """Interfaces of the buses that have boards which are not emulated."""
+    real = {board.bus for name, board in robot.boards.items() if not robot.is_simulated(name)}
+    return tuple(bus.channel for name, bus in robot.buses.items() if name in real)
 
 
 def rows_for(robot: RobotFile) -> tuple[Process, ...]:

@@ -15,7 +15,7 @@ from types import FrameType
 import zenoh
 
 from hal.buses.bus import FrameBus
-from hal.buses.socketcan import SocketCanBus
+from hal.buses.socketcan import SocketCanBus, interfaces_up
 from hal.buses.zenoh import ZenohBus
 from hal.errors import HalError
 from services.core.clock import Clock, RealClock
@@ -31,7 +31,7 @@ from services.processes import DEFAULT_ROBOT, process_row
 logger = logging.getLogger(__name__)
 
 ROBOT_HELP = "name[:parts][@site] of a robot in robots/, or a robot file"
-TRANSPORTS = ("zenoh", "socketcan")
+TRANSPORTS = ("zenoh", "socketcan", "mixed")  # mixed: SocketCAN for the interfaces that are up
 HUB_PATIENCE_S = 10.0  # containers start in any order
 GRACE_S = 5  # from a stop signal to the end of the process, come what may
 
@@ -84,7 +84,8 @@ class LiveBuses:
     def open(self, number: int, interface: str) -> FrameBus:
         """Open one bus; BusError where it cannot be."""
         bus: FrameBus
-        if self._can == "socketcan":
+        mixed = self._can == "mixed" and interfaces_up((interface,))
+        if self._can == "socketcan" or mixed:
             bus = SocketCanBus(interface, self._clock)
         else:
             channel = f"{self._robot}/can{number}"
