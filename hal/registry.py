@@ -29,6 +29,7 @@ BOARDS = {
 class BoardType(Protocol):
     """A class of the registry."""
 
+    type_code: int  # what such a board reports of itself
     addresses: int  # consecutive addresses that such a board owns
 
     def __call__(self, parts: Parts) -> HostBoard:
