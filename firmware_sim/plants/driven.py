@@ -18,8 +18,8 @@ Vector = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 WALL_KG_M2 = 1e6
-FOLLOW_RAD_S = 30.0  # bandwidth: one tick of an encoder is then a jerk of 1.4 rad/s2
-SPEED_TIME_S = 0.02  # of the filter on the speed between frames
+FOLLOW_RAD_S = 40.0  # bandwidth: one tick of an encoder pulls with 2.5 rad/s2
+SPEED_TIME_S = 0.015  # of the filter on the speed between frames
 SILENCE_TICKS = 50  # after this long without a frame an axis stands still
 JUMP_RAD = math.radians(5.0)  # more than that between two frames is another zero, not a motion
 
