@@ -36,6 +36,22 @@ class Field(NamedTuple):
     choices: Choices | None = None  # names of the codes (IntEnum) or bits (IntFlag)
     size_bytes: int = 1
 
+    def text(self, value: int) -> str:
+        """Name and value, with unit or the name of the code."""
+        return f"{self.name}={self._value_text(value)}"
+
+    def _value_text(self, value: int) -> str:
+        if self.choices is not None:
+            try:
+                name = self.choices(value).name
+            except ValueError:
+                name = None
+            return name or f"0x{value:02X}"
+        if not self.unit:
+            return str(value)
+        by = "x " if self.unit[0].isdigit() else ""  # 11 x 10 tick/s
+        return f"{value} {by}{self.unit}"
+
 
 def u4(name: str, unit: str = "", choices: Choices | None = None) -> Field:
     """Unsigned half of a byte, in a NibblePair."""
@@ -144,22 +160,8 @@ class Layout:
     def text(self, values: tuple[int, ...]) -> str:
         """The values by name, with units and the names of codes."""
         return ", ".join(
-            f"{field.name}={_value_text(field, value)}"
-            for field, value in zip(self.fields, values, strict=False)
+            field.text(value) for field, value in zip(self.fields, values, strict=False)
         )
-
-
-def _value_text(field: Field, value: int) -> str:
-    if field.choices is not None:
-        try:
-            name = field.choices(value).name
-        except ValueError:
-            name = None
-        return name or f"0x{value:02X}"
-    if not field.unit:
-        return str(value)
-    by = "x " if field.unit[0].isdigit() else ""  # 11 x 10 tick/s
-    return f"{value} {by}{field.unit}"
 
 
 class OpenLayout(Layout):

@@ -9,6 +9,12 @@ import cyclopts
 
 from services.cli.board import board_list, board_run
 from services.cli.can import can_up
+from services.cli.can_dbc import can_dbc, can_docs
+from services.cli.can_dump import can_dump
+from services.cli.can_log import can_log, can_replay
+from services.cli.can_scan import can_scan
+from services.cli.can_send import can_send
+from services.cli.can_stats import can_stats
 from services.cli.demo import reach
 from services.cli.fault import board_fault, board_faults
 from services.cli.up import up
@@ -36,6 +42,14 @@ board.command(board_faults, name="faults")
 app.command(up, name="up")
 demo.command(reach, name="reach")
 can.command(can_up, name="up")
+can.command(can_scan, name="scan")
+can.command(can_dump, name="dump")
+can.command(can_send, name="send")
+can.command(can_stats, name="stats")
+can.command(can_log, name="log")
+can.command(can_replay, name="replay")
+can.command(can_dbc, name="dbc")
+can.command(can_docs, name="docs")
 
 
 def version() -> str:

@@ -1,0 +1,200 @@
+"""Opens the CAN buses that a command is to listen to or to send on.
+
+A bus is named as in the robot file (`right_arm`), by its number there (`2`), by an interface of
+the kernel (`vcan2`), or as `interface:channel` of any python-can interface (`slcan:/dev/ttyACM0`).
+`right_arm=slcan:/dev/ttyACM0` says which bus of the robot that is, so that frames have names.
+"""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import can
+from can.typechecking import CanFilters
+
+from hal.buses.bus import FrameBus, HostClock, frame_of
+from hal.buses.socketcan import SocketCanBus, interfaces_up
+from hal.errors import HalError
+from hal.wire.can import Frame, Received
+from services.cli.can_names import BusNames
+from services.core.clock import Clock, RealClock
+from services.core.errors import ConfigError, NotRunningError, ServiceError
+from services.core.live import LiveBuses
+from services.core.rundir import RunRecord, read_record
+from services.core.session import connect, disconnect
+from services.robot_tables import RobotFile
+
+LOOK_EVERY_NS = 2_000_000
+NO_NUMBER = -1
+MOST_AT_ONCE = 1000
+
+
+class Tap(NamedTuple):
+    """One opened bus; `number` is the robot's, -1 where it is none of them."""
+
+    number: int
+    name: str
+    bus: FrameBus
+    names: BusNames
+
+
+class PlainBus:
+    """Any python-can bus as a FrameBus. Frames that the iCub's protocol has not are counted."""
+
+    def __init__(self, bus: can.BusABC, clock: Clock) -> None:
+        self._bus = bus
+        self._clock = clock
+        self.foreign = 0
+
+    @property
+    def frames_lost(self) -> int:
+        """What it does not tell is taken for none."""
+        return 0
+
+    @property
+    def state(self) -> can.BusState:
+        """As the interface tells, ACTIVE where it does not."""
+        try:
+            return self._bus.state
+        except NotImplementedError:
+            return can.BusState.ACTIVE
+
+    def send_frames(self, frames: Sequence[Frame]) -> None:
+        """Send in this order; raises can.CanError where the interface does."""
+        for can_id, data in frames:
+            self._bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
+
+    def receive_frames(self) -> list[Received]:
+        """What has arrived; the stamp is the instant of this call."""
+        frames: list[Received] = []
+        now_ns = self._clock.now_ns()
+        while len(frames) < MOST_AT_ONCE:
+            message = self._bus.recv(timeout=0)
+            if message is None:
+                break
+            try:
+                frames.append((*frame_of(message), now_ns))
+            except can.CanOperationError:
+                self.foreign += 1
+        return frames
+
+    def set_filters(self, filters: CanFilters | None = None) -> None:
+        """See FrameBus."""
+        self._bus.set_filters(filters)
+
+    def shutdown(self) -> None:
+        """Close it."""
+        self._bus.shutdown()
+
+
+class _Wanted(NamedTuple):
+    """One --bus: the robot's bus that it is, and where it is opened; empty = the robot's own."""
+
+    bus: str
+    place: str
+
+
+@contextmanager
+def opened(
+    robot: RobotFile,
+    wanted: Sequence[str],
+    *,
+    stack: str = "",
+    clock: RealClock | None = None,
+) -> Iterator[list[Tap]]:
+    """Open the buses that were asked for, all of the robot's where none was; closes them.
+
+    Over the CAN of the running stack, else over the kernel's interfaces of the robot file.
+
+    Raises:
+        ServiceError: no such bus, stack or interface; the text lists what there is.
+    """
+    clock = clock or RealClock()
+    asked = [_parsed(robot, text) for text in wanted] or [_Wanted(name, "") for name in robot.buses]
+    own = [want for want in asked if not want.place]
+    record = _record(stack or robot.robot.name, must_run=bool(stack)) if own else None
+    taps: list[Tap] = []
+    session = None
+    try:
+        live = None
+        if record is not None and record.can == "zenoh":
+            session = connect(record.endpoint)
+            live = LiveBuses("zenoh", record.robot, session, clock)
+        elif own and not wanted:
+            asked = _interfaces_that_are_up(robot)
+        for want in asked:
+            taps.append(_tap(robot, want, live, clock))
+        yield taps
+    except HalError as error:
+        raise ServiceError(str(error)) from error
+    except can.CanError as error:
+        raise ServiceError(f"CAN: {error}") from error
+    finally:
+        for tap in taps:
+            tap.bus.shutdown()
+        if session is not None:
+            disconnect(session)
+
+
+def arrivals(
+    taps: Sequence[Tap], clock: Clock, until_ns: int | None
+) -> Iterator[list[tuple[Tap, Received]]]:
+    """What arrives on all buses, oldest first; an empty list where nothing has. None = for ever."""
+    while until_ns is None or clock.now_ns() < until_ns:
+        frames = [(tap, frame) for tap in taps for frame in tap.bus.receive_frames()]
+        frames.sort(key=lambda arrival: arrival[1][2])
+        yield frames
+        clock.sleep_until(clock.now_ns() + LOOK_EVERY_NS)
+
+
+def _record(name: str, *, must_run: bool) -> RunRecord | None:
+    try:
+        return read_record(name)
+    except NotRunningError:
+        if must_run:
+            raise
+        return None
+
+
+def _parsed(robot: RobotFile, text: str) -> _Wanted:
+    name, equals, place = text.partition("=")
+    if not equals and ":" in text:
+        return _Wanted("", text)
+    for bus, table in robot.buses.items():
+        if name in (bus, str(table.number)):
+            return _Wanted(bus, place)
+        if name == table.channel and not equals:
+            return _Wanted(bus, name)
+    if equals:
+        known = ", ".join(robot.buses)
+        raise ConfigError(f"{robot.robot.name} has no bus {name!r}; known: {known}")
+    return _Wanted("", name)
+
+
+def _interfaces_that_are_up(robot: RobotFile) -> list[_Wanted]:
+    up = [name for name, table in robot.buses.items() if interfaces_up((table.channel,))]
+    if not up:
+        names = ", ".join(table.channel for table in robot.buses.values())
+        raise NotRunningError(
+            f"no stack of {robot.robot.name} is up, and none of its interfaces: {names} "
+            "(ulna up starts a stack, ulna can up makes virtual interfaces)"
+        )
+    return [_Wanted(name, "") for name in up]
+
+
+def _tap(robot: RobotFile, want: _Wanted, live: LiveBuses | None, clock: HostClock) -> Tap:
+    table = robot.buses.get(want.bus)
+    number = NO_NUMBER if table is None else table.number
+    names = BusNames(robot, want.bus)
+    bus: FrameBus
+    interface, colon, channel = want.place.partition(":")
+    if colon:
+        bus = PlainBus(can.Bus(channel, interface=interface), RealClock())
+    elif want.place:
+        bus = SocketCanBus(want.place, clock)
+    elif live is not None and table is not None:
+        bus = live.open(table.number, table.channel)
+    else:
+        assert table is not None
+        bus = SocketCanBus(table.channel, clock)
+    return Tap(number, want.bus or want.place, bus, names)
