@@ -1,6 +1,6 @@
 """A robot of two motor boards and one FT sensor, whose frames are written by hand."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import can
 from can.typechecking import CanFilters
@@ -112,10 +112,6 @@ class ScriptedBus:
             return can_id, bytes((data[0] ^ 1, *data[1:]))
         return can_id, data
 
-    def _noise(self, data: bytes) -> bytes:
-        """Every other sample is one count higher in its second channel, as no sensor is still."""
-        return data[:2] + bytes((data[2] ^ self.ms & 1,)) + data[3:]
-
     def set_filters(self, filters: CanFilters | None = None) -> None:
         self.filters = filters
 
@@ -126,9 +122,13 @@ class ScriptedBus:
 class Script:
     """A Robot on a ScriptedBus, and its time."""
 
-    def __init__(self, description: RobotDescription = DESCRIPTION) -> None:
+    def __init__(
+        self,
+        description: RobotDescription = DESCRIPTION,
+        others: Mapping[int, ScriptedBus] | None = None,
+    ) -> None:
         self.bus = ScriptedBus()
-        self.robot = Robot(description, {BUS: self.bus})
+        self.robot = Robot(description, {BUS: self.bus, **(others or {})})
 
     @property
     def now_ns(self) -> int:
