@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from hal.boards.board import Parts, Pulse
 from hal.boards.imu_reader import ImuReader
-from hal.boards.sensor import KEPT_SAMPLES, SensorBoard
+from hal.boards.sensor import KEPT_SAMPLES, Group, SensorBoard
 from hal.line import Handler
 from hal.readings import ImuSample
 from hal.wire.can import Frame
@@ -33,9 +33,9 @@ class Imu(SensorBoard):
         """Stop transmitting."""
         return [self.unit.silence()]
 
-    def settings(self) -> Iterable[Frame]:
+    def settings(self) -> Iterable[Group]:
         """What to measure, and how often."""
-        return self.unit.settings(self.period_ms)
+        return [self.unit.settings(self.period_ms)]
 
     def forget(self) -> None:
         """The board counts anew."""

@@ -58,12 +58,12 @@ class ImuReader:
             for kind, handler in table
         ]
 
-    def settings(self, period_ms: int) -> list[Frame]:
+    def settings(self, period_ms: int) -> tuple[Frame, ...]:
         """What to measure, and how often."""
-        return [
+        return (
             analog_setup.IMU_CONFIG_SET.request(self._address, SENSORS, FUSION, 0, 0, 0),
             analog_setup.IMU_TRANSMIT.request(self._address, period_ms),
-        ]
+        )
 
     def silence(self) -> Frame:
         """Stop transmitting."""

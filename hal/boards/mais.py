@@ -4,12 +4,12 @@ from collections import deque
 from collections.abc import Iterable
 
 from hal.boards.board import Parts, Pulse
-from hal.boards.sensor import KEPT_SAMPLES, MS, SensorBoard
+from hal.boards.sensor import KEPT_SAMPLES, MS, Group, SensorBoard
 from hal.line import Handler
 from hal.readings import HallSample
 from hal.wire import analog, mais
 from hal.wire.analog import TxMode
-from hal.wire.can import CLASS_ANALOG_PERIODIC, Frame, frame_id
+from hal.wire.can import CLASS_ANALOG_PERIODIC, frame_id
 from hal.wire.mais import Resolution
 from hal.wire.management import BoardType
 
@@ -36,13 +36,13 @@ class Mais(SensorBoard):
             (frame_id(CLASS_ANALOG_PERIODIC, address, mais.HALL_7_14.type), self.on_second),
         ]
 
-    def settings(self) -> Iterable[Frame]:
+    def settings(self) -> Iterable[Group]:
         """Resolution, rate and stream."""
         address = self.board.address
         return [
-            analog.SET_RESOLUTION.request(address, Resolution.EIGHT_BITS),
-            analog.SET_CANDATARATE.request(address, self.period_ms),
-            analog.SET_TXMODE.request(address, TxMode.CALIBRATED),
+            (analog.SET_RESOLUTION.request(address, Resolution.EIGHT_BITS),),
+            (analog.SET_CANDATARATE.request(address, self.period_ms),),
+            (analog.SET_TXMODE.request(address, TxMode.CALIBRATED),),
         ]
 
     def forget(self) -> None:

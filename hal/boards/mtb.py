@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Iterable
 
 from hal.boards.board import SILENCE_NS, Parts, Pulse
-from hal.boards.sensor import KEPT_SAMPLES, MS, SensorBoard
+from hal.boards.sensor import KEPT_SAMPLES, MS, Group, SensorBoard
 from hal.boards.skin_reader import NO_LOAD, SkinReader
 from hal.line import Handler
 from hal.readings import InertialSample, SkinSample
@@ -59,16 +59,16 @@ class Mtb(SensorBoard):
         """Stop skin and inertial sensors."""
         return [*super().quiesce(), self._inertial_setting(NO_INERTIAL)]
 
-    def settings(self) -> Iterable[Frame]:
+    def settings(self) -> Iterable[Group]:
         """Skin, inertial sensors, stream."""
         address = self.board.address
         kind = SkinType.TEMPERATURE_COMPENSATED
         last, cdc_offset = skin.TRIANGLES - 1, skin.DEFAULT_CDC_OFFSET
         return [
-            analog_setup.SET_BRD_CFG.request(address, kind, self.period_ms, NO_LOAD),
-            analog_setup.SET_TRIANG_CFG.request(address, 0, last, SHIFT, ENABLED, cdc_offset),
-            self._inertial_setting(INERTIAL if self._has_inertial else NO_INERTIAL),
-            analog.SET_TXMODE.request(address, TxMode.CALIBRATED),
+            (analog_setup.SET_BRD_CFG.request(address, kind, self.period_ms, NO_LOAD),),
+            (analog_setup.SET_TRIANG_CFG.request(address, 0, last, SHIFT, ENABLED, cdc_offset),),
+            (self._inertial_setting(INERTIAL if self._has_inertial else NO_INERTIAL),),
+            (analog.SET_TXMODE.request(address, TxMode.CALIBRATED),),
         ]
 
     def forget(self) -> None:

@@ -14,6 +14,9 @@ KEPT_SAMPLES = 256
 MS = 1_000_000
 HOST_PROTOCOL = analog.HOST_PROTOCOL
 
+Group = tuple[Frame, ...]
+"""Frames that leave together, because the first of them stops what the last one starts."""
+
 
 class SensorBoard:
     """A board without axes; subclasses decode its frames. Frames count by class and address.
@@ -49,8 +52,8 @@ class SensorBoard:
         """Identifiers of the samples, and who reads them."""
         raise NotImplementedError
 
-    def settings(self) -> Iterable[Frame]:
-        """Everything that makes the board send as the robot file says."""
+    def settings(self) -> Iterable[Group]:
+        """Everything that makes the board send as the robot file says, the stream last."""
         raise NotImplementedError
 
     def forget(self) -> None:
@@ -77,8 +80,8 @@ class SensorBoard:
     def write_settings(self, axis: int | None) -> None:
         """Queue the settings; a sensor has no axes."""
         if axis is None:
-            for frame in self.settings():
-                self.line.command(self.board.address, frame)
+            for group in self.settings():
+                self.line.command(self.board.address, *group)
 
     def configure(self) -> Sequence:
         """Send the settings; the last of them starts the stream."""

@@ -4,14 +4,14 @@ from collections import deque
 from collections.abc import Iterable
 
 from hal.boards.board import Parts, Pulse, ask, board_name, sent
-from hal.boards.sensor import KEPT_SAMPLES, MS, SensorBoard, reply_key
+from hal.boards.sensor import KEPT_SAMPLES, MS, Group, SensorBoard, reply_key
 from hal.boards.supervision import Supervision
 from hal.line import Handler
 from hal.readings import ForceTorqueSample
 from hal.tasks import Sequence
 from hal.wire import analog
 from hal.wire.analog import TxMode
-from hal.wire.can import CLASS_ANALOG_PERIODIC, Frame, frame_id
+from hal.wire.can import CLASS_ANALOG_PERIODIC, frame_id
 from hal.wire.management import BoardType
 
 HALF_RANGE = 0x8000
@@ -47,12 +47,12 @@ class Strain(SensorBoard):
             (frame_id(CLASS_ANALOG_PERIODIC, address, analog.TORQUE.type), self.on_torque),
         ]
 
-    def settings(self) -> Iterable[Frame]:
+    def settings(self) -> Iterable[Group]:
         """Rate and stream."""
         address = self.board.address
         return [
-            analog.SET_CANDATARATE.request(address, self.period_ms),
-            analog.SET_TXMODE.request(address, TxMode.CALIBRATED),
+            (analog.SET_CANDATARATE.request(address, self.period_ms),),
+            (analog.SET_TXMODE.request(address, TxMode.CALIBRATED),),
         ]
 
     def forget(self) -> None:

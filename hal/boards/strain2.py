@@ -6,6 +6,7 @@ Its IMU stays off: the frames would come at the identifiers of an IMU board, and
 from collections.abc import Iterable
 
 from hal.boards.board import Parts
+from hal.boards.sensor import Group
 from hal.boards.strain import Strain
 from hal.line import Handler
 from hal.wire import analog, analog_setup
@@ -41,12 +42,14 @@ class Strain2(Strain):
             analog_setup.THERMOMETER_TRANSMIT.request(address, 0),
         ]
 
-    def settings(self) -> Iterable[Frame]:
+    def settings(self) -> Iterable[Group]:
         """Thermometer, rate and stream."""
         address = self.board.address
         return [
-            analog_setup.THERMOMETER_CONFIG_SET.request(address, THERMOMETER),
-            analog_setup.THERMOMETER_TRANSMIT.request(address, THERMOMETER_PERIOD_S),
+            (
+                analog_setup.THERMOMETER_CONFIG_SET.request(address, THERMOMETER),
+                analog_setup.THERMOMETER_TRANSMIT.request(address, THERMOMETER_PERIOD_S),
+            ),
             *super().settings(),
         ]
 
