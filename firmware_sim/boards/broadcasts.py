@@ -1,17 +1,19 @@
 """What a motor board sends by itself, slot by slot (can-protocol 3.2 and 3.3).
 
-DELIBERATE: MOTOR_POSITION, MOTOR_SPEED and DEBUG are not sent, because the emulated drives have no
-rotor counts.
+DELIBERATE: the emulated drives have no rotor counts of their own, so MOTOR_POSITION and MOTOR_SPEED
+carry what the encoders show before any offset. DEBUG carries scratch parameters 0 and 1 of both
+axes; the sheet does not say what the boards put there.
 """
 
 from firmware_sim.boards.axis_state import Axis
-from firmware_sim.boards.law import saturate_i16
+from firmware_sim.boards.law import divide, saturate_i16, saturate_i32
 from firmware_sim.boards.node import Node, Pair
 from hal.wire import motor_periodic as wire
 from hal.wire.can import Frame
 from hal.wire.modes import reported_mode
 
 HEARTBEAT_MS = 5000
+_MAX_SHIFT = 31
 _POSITION = wire.POSITION.mask_bit
 _PID_VAL = wire.PID_VAL.mask_bit
 _STATUS = wire.STATUS.mask_bit
@@ -19,7 +21,10 @@ _PRINT = wire.PRINT.mask_bit
 _CURRENT = wire.CURRENT.mask_bit
 _PID_ERROR = wire.PID_ERROR.mask_bit
 _VELOCITY = wire.VELOCITY.mask_bit
-_REST = _CURRENT | _PID_ERROR | _VELOCITY
+_DEBUG = wire.DEBUG.mask_bit
+_MOTOR_POSITION = wire.MOTOR_POSITION.mask_bit
+_MOTOR_SPEED = wire.MOTOR_SPEED.mask_bit
+_REST = _CURRENT | _PID_ERROR | _VELOCITY | _DEBUG | _MOTOR_POSITION | _MOTOR_SPEED
 _EXTERNAL = int(wire.AxisFault.EXTERNAL)
 _ENCODER = int(wire.AxisFault.ENCODER)
 _BOARD_BITS_SENT_AT_ONCE = 0x07
@@ -113,6 +118,29 @@ def _rest(pair: Pair, axes: tuple[Axis, Axis], sent: list[Frame]) -> None:
         sent.append(wire.PID_ERROR.frame(address, *_errors(axes)))
     if pair.mask & _VELOCITY:
         sent.append(wire.VELOCITY.frame(address, first.speed(), second.speed(), 0, 0))
+    if pair.mask & _DEBUG:
+        words = [axis.debug.get(index, 0) for axis in axes for index in (0, 1)]
+        sent.append(wire.DEBUG.frame(address, *words))
+    if pair.mask & _MOTOR_POSITION:
+        # A bug of the 4DC: at its second address it tells the rotors of the first.
+        told = first.node.unit.axes[:2]
+        counts = [saturate_i32(axis.port.raw_encoder) for axis in told]
+        sent.append(wire.MOTOR_POSITION.frame(address, *counts))
+    if pair.mask & _MOTOR_SPEED:
+        speeds = [_rotor_speed(axis) for axis in axes]
+        sent.append(wire.MOTOR_SPEED.frame(address, *speeds))
+
+
+def _rotor_speed(axis: Axis) -> int:
+    """Counts of a millisecond, in the scale of the joint's speed, over one round of slots."""
+    unit = axis.node.unit
+    number = axis.number
+    counts = axis.port.raw_encoder
+    moved = counts - unit.rotor_before[number]
+    unit.rotor_before[number] = counts
+    if axis.hardware.scales_speed:
+        moved <<= min(unit.rotor_shifts[number], _MAX_SHIFT)
+    return saturate_i16(divide(moved, axis.hardware.slots))
 
 
 def _errors(axes: tuple[Axis, Axis]) -> tuple[int, int, int, int]:

@@ -4,12 +4,12 @@ from firmware_sim.boards.axis_state import Axis
 from firmware_sim.boards.calibration import ENCODER_TICKS, calibrate
 from firmware_sim.boards.enabling import set_mode
 from firmware_sim.boards.modes import COMPLIANT, DIRECT, OPENLOOP, STIFF, WITH_MOVES, WITH_VELOCITY
-from firmware_sim.boards.node import LABEL_PIECES
 from firmware_sim.boards.settings import Handler, Values
 from hal.wire import motor
 
 _WITH_TRAJECTORY = WITH_MOVES | WITH_VELOCITY
 _MAX_VELOCITY_SHIFT = 16
+_ADDRESSES = range(1, 15)
 _MAX_PRESET_TICKS = 0x3FFF_FFFF  # leaves room to count in 32 bits
 
 
@@ -101,6 +101,8 @@ def _set_velocity_timeout(axis: Axis, values: Values) -> None:
 
 def _set_speed_shift(axis: Axis, values: Values) -> None:
     axis.speed_shift = values[0]
+    unit = axis.node.unit
+    unit.rotor_shifts[axis.number] = values[2]
 
 
 def _set_encoder_offset(axis: Axis, values: Values) -> None:
@@ -126,14 +128,45 @@ def _set_torque_source(axis: Axis, values: Values) -> None:
 
 
 def _set_debug(axis: Axis, values: Values) -> None:
-    # DELIBERATE: stored only; the damping of index 7 and the decoupling of 10 to 14 do not act.
-    axis.debug[values[0]] = values[1]
+    index, value = values
+    if not axis.node.unit.set_decoupling(index, value):
+        axis.debug[index] = value
+
+
+def _set_motor_low(axis: Axis, values: Values) -> None:
+    tendon = axis.node.unit.tendon(axis)
+    if tendon is None:
+        _drop(axis, "unknown")
+    else:
+        tendon.set_low(values[0])
+
+
+def _set_motor_high(axis: Axis, values: Values) -> None:
+    tendon = axis.node.unit.tendon(axis)
+    if tendon is None:
+        _drop(axis, "unknown")
+    else:
+        tendon.set_high(values[0])
+
+
+def _set_board_id(axis: Axis, values: Values) -> None:
+    """A refused address is not taken; the flash is written and CAN starts afresh all the same."""
+    unit = axis.node.unit
+    if values[0] in _ADDRESSES:
+        unit.move_to(values[0])
+    else:
+        _drop(axis, "value")
+        unit.move_to(axis.node.address)
+    unit.flash_writes += 1
+
+
+def _write_flash(axis: Axis, _values: Values) -> None:
+    axis.node.unit.flash_writes += 1
 
 
 def _set_label(axis: Axis, values: Values) -> None:
     index, *characters = values
-    if index < LABEL_PIECES:
-        axis.node.label[4 * index : 4 * index + 4] = bytes(characters)
+    axis.node.set_label_piece(index, characters)
 
 
 HANDLERS: dict[int, Handler] = {
@@ -143,19 +176,19 @@ HANDLERS: dict[int, Handler] = {
         (motor.TOGGLE_VERBOSE, _ignore),
         (motor.CALIBRATE_ENCODER, _calibrate),
         (motor.SET_CONTROL_MODE, _set_control_mode),
-        (motor.WRITE_FLASH_MEM, _ignore),
+        (motor.WRITE_FLASH_MEM, _write_flash),
         (motor.READ_FLASH_MEM, _ignore),
         (motor.SET_ADDITIONAL_INFO, _set_label),
         (motor.SET_SPEED_ESTIM_SHIFT, _set_speed_shift),
-        (motor.SET_MAX_MOTOR_POS, _ignore),
-        (motor.SET_MIN_MOTOR_POS, _ignore),
+        (motor.SET_MAX_MOTOR_POS, _set_motor_high),
+        (motor.SET_MIN_MOTOR_POS, _set_motor_low),
         (motor.SET_DEBUG_PARAM, _set_debug),
         (motor.SET_DESIRED_POSITION, _ignore),
         (motor.POSITION_MOVE, _position_move),
         (motor.VELOCITY_MOVE, _velocity_move),
         (motor.SET_ENCODER_POSITION, _preset_encoder),
         (motor.STOP_TRAJECTORY, _stop_trajectory),
-        (motor.SET_BOARD_ID, _ignore),
+        (motor.SET_BOARD_ID, _set_board_id),
         (motor.SET_TORQUE_SOURCE, _set_torque_source),
         (motor.SET_COMMAND_POSITION, _set_command_position),
         (motor.SET_CURRENT_LIMIT, _set_current_limit),
@@ -171,5 +204,5 @@ HANDLERS: dict[int, Handler] = {
 }
 """Handlers by code.
 
-DELIBERATE: SET_BOARD_ID is taken and ignored; an emulated board keeps its address.
+READ_FLASH_MEM finds what is in use already: address and label are written when they change.
 """

@@ -96,4 +96,4 @@ WRIST_V1 = replace(WRIST_V2, encoders=_coupled(4, encoders={2: (0.0, 1.0, 1.0, 0
 
 THUMB_LEFT = _coupled(4, motors={1: (-1.0, 1.0, 0.0, 0.0)})
 THUMB_RIGHT = _coupled(4, motors={1: (1.0, 1.0, 0.0, 0.0)})
-"""2.28: the opposition's motor pulls the proximal joint along; the sign of its kp tells the hand."""
+"""2.28: the opposition pulls the proximal joint along; the sign of its kp tells the hand."""

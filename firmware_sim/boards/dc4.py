@@ -1,5 +1,7 @@
 """4DC: four brushed axes behind two consecutive addresses (head, forearm, hand)."""
 
+from dataclasses import replace
+
 from firmware_sim.boards import couplings
 from firmware_sim.boards.brushless import unknown_firmware
 from firmware_sim.boards.hardware import AxisWiring, Coupling, Encoder, Firmware, Hardware
@@ -101,7 +103,8 @@ class Dc4(MotorBoard):
     """One 4DC with a head, forearm or hand firmware."""
 
     def __init__(self, spec: BoardSpec) -> None:
-        super().__init__(spec.address, HARDWARE, _firmware(spec))
+        hardware = HARDWARE if spec.faithful else replace(HARDWARE, scales_speed=True)
+        super().__init__(spec.address, hardware, _firmware(spec))
 
 
 def _firmware(spec: BoardSpec) -> Firmware:

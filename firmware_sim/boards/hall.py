@@ -5,6 +5,7 @@ gives those counts a zero and two limits, which SET_MIN_MOTOR_POS and SET_MAX_MO
 """
 
 from firmware_sim.boards.axis_state import Axis
+from firmware_sim.boards.modes import CALIB_INCREMENTAL, POSITION
 from hal.wire.can import CLASS_ANALOG_PERIODIC, frame_id
 from hal.wire.mais import FIRST, HALL_0_6, HALL_7_14, SENSORS
 
@@ -49,14 +50,19 @@ class Tendon:
         self._low, self._high = -UNLIMITED_COUNTS, UNLIMITED_COUNTS
         self.target = target
 
-    def set_zero(self) -> None:
-        """The calibration ended here: counts run from p3 to the firmware's fixed limit."""
+    def end_calibration(self) -> None:
+        """Type 4 has come to the end of its trajectory.
+
+        The motor's counts begin here and run from p3 to the firmware's fixed limit.
+        """
         self._zero = self.axis.port.raw_encoder
         opposite = self.axis.wiring.opposite_limit
         if self.target >= 0:
             self._low, self._high = opposite, self.target
         else:
             self._low, self._high = self.target, -opposite
+        self.axis.enter(POSITION)
+        self.axis.calibrated = True
 
     def hold_inside(self) -> None:
         """No PWM that drives the motor further out of its limits.
@@ -111,9 +117,18 @@ class HallLink:
         return True
 
     def advance(self) -> None:
-        """One millisecond of the watchdog."""
+        """One millisecond: the watchdog, and calibrations that have come to their end."""
         if self.silent_ms < WATCHDOG_MS:
             self.silent_ms += 1
+        for tendon in self.tendons.values():
+            axis = tendon.axis
+            if axis.mode == CALIB_INCREMENTAL and not axis.reference.active:
+                tendon.end_calibration()
+
+    def hold_inside(self) -> None:
+        """When the bridges are set: motors stay inside their counts."""
+        for tendon in self.tendons.values():
+            tendon.hold_inside()
 
     @property
     def silent(self) -> bool:

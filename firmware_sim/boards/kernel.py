@@ -48,6 +48,7 @@ from firmware_sim.boards.kernel_modes import (
     sense,
 )
 from firmware_sim.boards.modes import (
+    CALIB_INCREMENTAL,
     DIRECT,
     IMPEDANCE_POSITION,
     IMPEDANCE_VELOCITY,
@@ -78,7 +79,7 @@ def has_law(mode: int) -> bool:
     return (
         mode in (POSITION_MODE, DIRECT, TORQUE, VELOCITY)
         or mode in (IMPEDANCE_POSITION, IMPEDANCE_VELOCITY)
-        or mode in (MIXED, OPENLOOP)
+        or mode in (MIXED, OPENLOOP, CALIB_INCREMENTAL)
     )
 
 

@@ -17,9 +17,10 @@ from firmware_sim.boards.partner import PartnerLink
 class Links:
     """What a board knows of other boards, for its row in the bank."""
 
-    __slots__ = ("any", "hall", "partner")
+    __slots__ = ("_axes", "any", "hall", "partner")
 
     def __init__(self, partner: PartnerSpec | None, axes: tuple[Axis, ...]) -> None:
+        self._axes = axes
         has_hall = any(axis.wiring.hall for axis in axes)
         self.partner = None if partner is None else PartnerLink(partner)
         self.hall = HallLink(axes) if has_hall else None
@@ -65,6 +66,8 @@ class Links:
     def _watch_hall(self, hall: HallLink) -> None:
         hall.advance()
         if hall.silent:
-            for tendon in hall.tendons.values():
-                if tendon.axis.enabled:
-                    tendon.axis.fault()
+            running = [axis for axis in self._axes if axis.enabled]
+            for axis in running:
+                axis.fault()
+            if running:
+                running[0].node.printer.say(f"MAIS error {hall.silent_ms}")

@@ -4,8 +4,10 @@ DELIBERATE: the lines of a download are acknowledged and thrown away; the applic
 afterwards is the one that was there. The board does not pass through the boot loader at power-up.
 """
 
+from collections import Counter
+
 from hal.wire import management
-from hal.wire.can import Frame
+from hal.wire.can import CLASS_MANAGEMENT, Frame
 from hal.wire.management import BoardType
 
 PATIENCE_MS = 5000  # without a second BOARD the application starts again
@@ -13,7 +15,7 @@ VERSION = (2, 0)  # of the boot loader; the sheet shows none
 
 
 class Loader:
-    """Runs instead of the application between BOARD and END."""
+    """Runs instead of the application between BOARD and END, or until its patience ends."""
 
     __slots__ = ("_address", "_left_ms", "_line_bytes", "is_running")
 
@@ -37,7 +39,24 @@ class Loader:
         self._left_ms = PATIENCE_MS
         return [management.BOARD.reply(self._address, 1)]
 
-    def on_frame(self, data: bytes) -> tuple[list[Frame], str]:
+    def listen(self, received: list[Frame], dropped: Counter[str]) -> list[Frame]:
+        """One millisecond: answers to what came in; only class 7 is heard."""
+        sent: list[Frame] = []
+        for can_id, data in received:
+            if not self.is_running or can_id >> 8 != CLASS_MANAGEMENT or not data:
+                dropped["loader"] += 1
+            else:
+                answer, cause = self._answer(data)
+                sent += answer
+                if cause:
+                    dropped[cause] += 1
+        if self._left_ms is not None:
+            self._left_ms -= 1
+            if not self._left_ms:
+                self.leave()
+        return sent
+
+    def _answer(self, data: bytes) -> tuple[list[Frame], str]:
         """Answer to a class 7 payload, and why it was dropped; `is_running` ends with END."""
         code = data[0]
         if code == management.DISCOVER.code:
@@ -57,13 +76,6 @@ class Loader:
             self.leave()
             return [management.END.reply(self._address, 1)], ""
         return [], "management"
-
-    def advance(self) -> None:
-        """One millisecond; `is_running` ends when patience does."""
-        if self._left_ms is not None:
-            self._left_ms -= 1
-            if not self._left_ms:
-                self.leave()
 
     def _take_line(self, count: int) -> list[Frame]:
         if not self._line_bytes:

@@ -13,6 +13,7 @@ MIXED = int(ControlMode.MIXED)
 DIRECT = int(ControlMode.DIRECT)
 OPENLOOP = int(ControlMode.OPENLOOP)
 CALIB_HARD_STOP = int(ControlMode.CALIB_HARD_STOP)
+CALIB_INCREMENTAL = int(ControlMode.CALIB_ABSOLUTE_INCREMENTAL)
 HW_FAULT = int(ControlMode.HW_FAULT)
 
 STIFF = int(InteractionMode.STIFF)
@@ -31,6 +32,9 @@ RUNNING = frozenset(
     }
 )
 """Modes that a host may ask for, apart from idle."""
+
+COMPILED = RUNNING | {CALIB_INCREMENTAL}
+"""Modes whose law runs in the kernel."""
 
 IMPEDANCE = frozenset({IMPEDANCE_POSITION, IMPEDANCE_VELOCITY})
 WITH_MOVES = frozenset({POSITION, IMPEDANCE_POSITION, MIXED})

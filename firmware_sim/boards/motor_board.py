@@ -19,10 +19,10 @@ from firmware_sim.boards.broadcasts import (
 from firmware_sim.boards.control import LAWS, undefined
 from firmware_sim.boards.fields import MS, RUNNING, STATUS_KEY
 from firmware_sim.boards.hardware import Coupling, Firmware, Hardware
-from firmware_sim.boards.links import Links
-from firmware_sim.boards.modes import RUNNING as COMPILED
+from firmware_sim.boards.modes import COMPILED
 from firmware_sim.boards.node import BUILD, Node, Pair
 from firmware_sim.boards.transmit import TransmitBuffer
+from firmware_sim.boards.unit import Unit
 from hal.wire.can import (
     CLASS_ANALOG_PERIODIC,
     CLASS_MANAGEMENT,
@@ -69,7 +69,7 @@ class MotorBoard:
             for number, pair in enumerate(self._pairs)
         )
         self.ports: tuple[AxisPort, ...] = tuple(axis.port for axis in self.axes)
-        self._transmit = TransmitBuffer()
+        self._transmit = TransmitBuffer(is_faithful=firmware.faithful)
         self._received: list[Frame] = []
         self._replies: list[Frame] = []
         self._quiet: list[tuple[int, int] | None] = []  # state that a STATUS said or left unsaid
@@ -88,10 +88,9 @@ class MotorBoard:
             for own in group:
                 axis = self.axes[own]
                 axis.power_with(tuple(self.axes[other] for other in group if other != own))
-        self._links = Links(self._firmware.partner, self.axes)
-        self._links.attach(self.axes)
+        self._unit = self._node.unit = Unit(self._firmware, self.axes, self._pairs)
+        self._links = self._unit.links
         self._coupling: Coupling | None = None
-        self._couple()
         self.power_cycle()
 
     @property
@@ -130,7 +129,8 @@ class MotorBoard:
             pair.boot()
         for axis in self.axes:
             axis.boot()
-        self._links.boot()
+        self._unit.boot()
+        self._couple()
 
     def tick(self) -> list[Frame]:
         """One millisecond of this board alone."""
@@ -144,32 +144,19 @@ class MotorBoard:
     def listen(self) -> None:
         """Begin a millisecond: act on what was received."""
         if not self.powered:
-            self._received.clear()
-            if self._words[RUNNING]:
-                self._words[RUNNING] = 0
-                for axis in self.axes:
-                    axis.idle()
-            return
-        now_ms = self._node.ms = self._node.ms + 1
-        self._words[MS] = now_ms
-        if now_ms == 1:
-            self._words[RUNNING] = 1
-            for axis in self.axes:
-                axis.rebase()
-        if self.bus_off:
-            self._fall_off()
-        elif self._received:
-            self._parse(self._replies)
-            if self._firmware.thumb is not None:
-                self._couple()
-        if self._links.any:
-            self._links.advance(self._words)
+            self._sleep()
+        elif self._unit.loader.is_running:
+            self._load()
+        else:
+            self._run()
 
     def speak(self) -> list[Frame]:
         """End a millisecond: frames that leave the board in it."""
         if not self.powered:
             return []
         made = self._replies
+        if self._links.hall is not None:
+            self._links.hall.hold_inside()
         if self.bus_off:
             made.clear()
             self._transmit.clear()
@@ -201,14 +188,43 @@ class MotorBoard:
                     axis.pair.board_status |= _OVERTEMPERATURE[axis.index]
                     axis.fault()
 
+    def _sleep(self) -> None:
+        self._received.clear()
+        if self._words[RUNNING]:
+            self._words[RUNNING] = 0
+            for axis in self.axes:
+                axis.idle()
+
+    def _run(self) -> None:
+        now_ms = self._node.ms = self._node.ms + 1
+        self._words[MS] = now_ms
+        if now_ms == 1:
+            self._words[RUNNING] = 1
+            for axis in self.axes:
+                axis.rebase()
+        if self.bus_off:
+            self._fall_off()
+        elif self._received:
+            self._parse(self._replies)
+            if self._unit.coupling is not self._coupling:
+                self._couple()
+        if self._links.any:
+            self._links.advance(self._words)
+        if self._pairs[0].address != self.addresses[0]:  # SET_BOARD_ID
+            self.addresses = tuple(pair.address for pair in self._pairs)
+            self._transmit.clear()
+
     def _couple(self) -> None:
-        coupling = self._firmware.coupling
-        if self._firmware.thumb is not None:
-            negative, positive = self._firmware.thumb
-            coupling = negative if self.axes[0].position_pid.kp < 0 else positive
-        if coupling is not self._coupling:
-            self._coupling = coupling
-            self._bank.couple(self.number, coupling)
+        self._coupling = self._unit.coupling
+        self._bank.couple(self.number, self._coupling)
+
+    def _load(self) -> None:
+        """A millisecond of the boot loader; the application boots when it leaves."""
+        received, self._received = self._received, []
+        answers = self._unit.loader.listen(received, self.dropped)
+        if not self._unit.loader.is_running:
+            self.power_cycle()
+        self._replies += answers
 
     def _fall_off(self) -> None:
         self._received.clear()
@@ -222,7 +238,6 @@ class MotorBoard:
             pair.board_status |= board_status
 
     def _parse(self, sent: list[Frame]) -> None:
-        tolerated = self._firmware.tolerated_types
         received = self._received
         self._received = []
         for number, (can_id, data) in enumerate(received, 1):
@@ -234,7 +249,7 @@ class MotorBoard:
             elif self._links.any and self._hear_board(can_id, data):
                 pass
             elif kind == CLASS_ANALOG_PERIODIC:
-                parser.virtual_torque(self._node, tolerated, can_id, data)
+                parser.virtual_torque(self._node, self._firmware, can_id, data)
             else:
                 self._manage(can_id, data, sent)
 
@@ -256,7 +271,7 @@ class MotorBoard:
         return parser.command(axis, data, source_of(can_id), sent)
 
     def _manage(self, can_id: int, data: bytes, sent: list[Frame]) -> None:
-        if parser.is_discovery(self.addresses[0], can_id, data):
+        if parser.switches_off(self.addresses[0], can_id, data):
             for pair in self._pairs:
                 pair.mask = 0
             for axis in self.axes:

@@ -1,12 +1,17 @@
 """What the axes of a motor board share: the handshake, torque sensors heard, prints, counters."""
 
 from collections import Counter, deque
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from firmware_sim.boards.bank import AxisBank
 from firmware_sim.boards.fields import SOURCES
 from hal.wire.analog import FORCE, TORQUE
 from hal.wire.can import CLASS_ANALOG_PERIODIC, Frame, frame_id
 from hal.wire.motor_periodic import PRINT
+
+if TYPE_CHECKING:
+    from firmware_sim.boards.unit import Unit
 
 PROTOCOL = (1, 6)  # of every DSP board here
 BUILD = 87
@@ -54,6 +59,10 @@ class Printer:
         self._number = 0
         self.lost = 0
 
+    def move_to(self, address: int) -> None:
+        """Speak from another address from now on."""
+        self._address = address
+
     def say(self, text: str) -> None:
         """Queue one string, or count it as lost when four are waiting."""
         if len(self.waiting) == _PRINT_BUFFERS:
@@ -85,6 +94,8 @@ class Printer:
 
 class Node:
     """State of the whole board, whatever axis or address asks for it."""
+
+    unit: "Unit"  # set by the board when its axes are made
 
     def __init__(self, address: int, version: tuple[int, int]) -> None:
         self.address = address
@@ -124,6 +135,12 @@ class Node:
                 can_id = frame_id(CLASS_ANALOG_PERIODIC, source, row.type)
                 self.torque_frames[can_id] = sensor, half
         return self._first_source + source
+
+    def set_label_piece(self, index: int, characters: Sequence[int]) -> None:
+        """Write four characters of the label into the flash; an index beyond it is ignored."""
+        if index < LABEL_PIECES:
+            self.label[4 * index : 4 * index + 4] = bytes(characters)
+            self.unit.flash_writes += 1
 
     def label_piece(self, index: int) -> tuple[int, ...]:
         """Index and four characters of the label."""

@@ -2,14 +2,20 @@
 
 from firmware_sim.boards import commands, queries, settings
 from firmware_sim.boards.axis_state import Axis
+from firmware_sim.boards.hardware import Firmware
 from firmware_sim.boards.node import LABEL_PIECES, Node
 from firmware_sim.boards.settings import Handler
+from firmware_sim.boards.unit import MICRO_SACCADE
 from hal.wire import management, motor
 from hal.wire.analog import FORCE, TORQUE
 from hal.wire.can import EVERYBODY, Frame, low_of, source_of
+from hal.wire.layout import Layout, i16, pad
 from hal.wire.message import CODE_MASK, AxisCommand
 
-_TORQUE_TYPES = (FORCE.type, TORQUE.type)
+_TORQUE_TYPES = frozenset({FORCE.type, TORQUE.type})
+_SWITCH_OFF = tuple(bytes((command.code,)) for command in (management.DISCOVER, management.BOARD))
+_MICRO_SACCADE = bytes((MICRO_SACCADE,))
+_THREE_WORDS = Layout((pad(2), i16("first"), i16("second"), i16("third")))
 _COMMANDS: dict[int, tuple[AxisCommand, Handler]] = {
     code: (motor.COMMANDS[code], handler)
     for code, handler in (
@@ -31,6 +37,9 @@ def command(axis: Axis, data: bytes, requester: int, sent: list[Frame]) -> bool:
         axis.node.dropped["unknown"] += 1
         return False
     row, handler = known
+    if row is motor.SET_DEBUG_PARAM and data[1:2] == _MICRO_SACCADE:
+        axis.node.unit.micro_saccade = _THREE_WORDS.parse_lenient(data)
+        return True
     request = row.parse_request(data)
     if request is None:
         axis.node.dropped["length"] += 1
@@ -50,15 +59,15 @@ def send_label(axis: Axis, requester: int, sent: list[Frame]) -> None:
         sent.append((can_id | requester, payload))
 
 
-def virtual_torque(node: Node, tolerated: frozenset[int], can_id: int, data: bytes) -> None:
+def virtual_torque(node: Node, firmware: Firmware, can_id: int, data: bytes) -> None:
     """Take in a class 3 frame: torques of a sensor that an axis listens to re-arm its watchdog.
 
-    Any other type but the `tolerated` ones makes the board complain in a print.
+    Any other type but the tolerated ones makes the boards of arms and legs complain in a print.
     """
     place = node.torque_frames.get(can_id)
     if place is None:
         kind = can_id & 0xF
-        if kind not in _TORQUE_TYPES and kind not in tolerated:
+        if firmware.complains and kind not in _TORQUE_TYPES | firmware.tolerated_types:
             node.printer.say("unknown strain msg")
         return
     words = FORCE.parse(data)  # TORQUE has the same three words
@@ -69,13 +78,13 @@ def virtual_torque(node: Node, tolerated: frozenset[int], can_id: int, data: byt
     sensor.hear(half, words)
 
 
-def is_discovery(address: int, can_id: int, data: bytes) -> bool:
-    """True for the class 7 question that switches a running board off."""
-    return low_of(can_id) in (address, EVERYBODY) and data[:1] == b"\xff"
+def switches_off(address: int, can_id: int, data: bytes) -> bool:
+    """True for a discovery, and for the jump to the boot loader."""
+    return low_of(can_id) in (address, EVERYBODY) and data[:1] in _SWITCH_OFF
 
 
 def manage(node: Node, can_id: int, data: bytes, board_type: int, build: int) -> list[Frame]:
-    """Answers to a class 7 frame. The boot loader is not emulated."""
+    """Answers of the application to a class 7 frame."""
     if low_of(can_id) not in (node.address, EVERYBODY) or source_of(can_id) or not data:
         return []
     code = data[0]
@@ -88,5 +97,11 @@ def manage(node: Node, can_id: int, data: bytes, board_type: int, build: int) ->
             management.GET_ADDITIONAL_INFO.reply(node.address, *node.label_piece(index))
             for index in range(LABEL_PIECES)
         ]
+    if code == management.BOARD.code:
+        return node.unit.loader.enter()
+    if code == management.SET_ADDITIONAL_INFO.code:
+        index, *characters = management.SET_ADDITIONAL_INFO.parse_request(data) or (LABEL_PIECES,)
+        node.set_label_piece(index, characters)
+        return []
     node.dropped["management"] += 1
     return []

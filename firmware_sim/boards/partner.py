@@ -22,7 +22,7 @@ class _Track:
 
     def __init__(self) -> None:
         self.now: Two = (0, 0)
-        self._last: Two = (0, 0)
+        self._last: Two | None = None
         self._delta: Two = (0, 0)
         self._period_ms = 1
         self._age_ms = 0
@@ -30,10 +30,11 @@ class _Track:
 
     def hear(self, first: int, second: int) -> None:
         """A frame: its values hold in this millisecond."""
-        fresh = self.silent_ms >= WATCHDOG_MS
-        last = (first, second) if fresh else self._last  # no line across a silence
+        last = self._last
+        if last is None or self.silent_ms >= WATCHDOG_MS:  # no line across a silence
+            last = first, second
         self._delta = (first - last[0], second - last[1])
-        self._period_ms = max(self._age_ms, 1)
+        self._period_ms = max(self._age_ms + 1, 1)
         self._last = first, second
         self._age_ms = -1
         self.silent_ms = 0
@@ -42,6 +43,8 @@ class _Track:
         """One millisecond."""
         self.silent_ms = min(self.silent_ms + 1, WATCHDOG_MS)
         self._age_ms += 1
+        if self._last is None:
+            return
         age, period = min(self._age_ms, self._period_ms), self._period_ms
         first, second = self._last
         self.now = (

@@ -5,6 +5,7 @@ from firmware_sim.boards.law import saturate_i16, saturate_i32
 from firmware_sim.boards.modes import DIRECT, WITH_MOVES, WITH_VELOCITY
 from firmware_sim.boards.node import BUILD, PROTOCOL
 from firmware_sim.boards.settings import Handler, Values
+from firmware_sim.boards.unit import MICRO_SACCADE
 from hal.wire import motor
 from hal.wire.modes import reported_mode
 
@@ -82,7 +83,11 @@ def _get_impedance(axis: Axis, _values: Values) -> Values:
 
 
 def _get_debug(axis: Axis, values: Values) -> Values:
-    return (axis.debug.get(values[0], 0),)
+    index = values[0]
+    unit = axis.node.unit
+    if index == MICRO_SACCADE:
+        return (unit.micro_saccade[0],)
+    return (unit.decoupling.get(index, axis.debug.get(index, 0)),)
 
 
 HANDLERS: dict[int, Handler] = {

@@ -106,6 +106,8 @@ def _storing(setting: Setting) -> Handler:
             held = min(max(value, 0), MAX_SHIFT) if name == "shift" else value
             setattr(part, name, held)
         axis.pid_flags |= setting.flags
+        if "kp" in setting.names:
+            axis.node.unit.gain_changed(axis)
         if setting.store is motor.SET_I_GAIN:
             axis.position_pid.integral = 0
 

@@ -21,9 +21,11 @@ _KEEPS_ORDER = REGISTERS + 1  # so few need no more than one place in the buffer
 class TransmitBuffer:
     """Frames on their way out of one board."""
 
-    __slots__ = ("_buffer", "_registers", "overran")
+    __slots__ = ("_buffer", "_is_faithful", "_registers", "overran")
 
-    def __init__(self) -> None:
+    def __init__(self, *, is_faithful: bool = True) -> None:
+        """A buffer that is not faithful keeps every frame, in order."""
+        self._is_faithful = is_faithful
         self.clear()
 
     def clear(self) -> None:
@@ -34,7 +36,7 @@ class TransmitBuffer:
 
     def step(self, made: list[Frame]) -> list[Frame]:
         """One millisecond: frames that the program made, in order; frames that leave, in order."""
-        if not self._registers and len(made) <= _KEEPS_ORDER:
+        if not self._is_faithful or (not self._registers and len(made) <= _KEEPS_ORDER):
             return made
         sent: list[Frame] = []
         lead = 0 if self._registers else _LEAD_FRAMES

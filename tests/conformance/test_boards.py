@@ -8,7 +8,7 @@ from hal.wire import motor
 from hal.wire.message import AxisCommand
 from hal.wire.modes import ControlMode
 from hal.wire.motor_periodic import CanStatus
-from tests.firmware_sim.boards.bench import PLAIN, PRINT_MASK, SPECS, STATUS_MASK, Bench
+from tests.firmware_sim.boards.bench import PLAIN, PRINT_MASK, STATUS_MASK, VERSIONS, Bench
 
 SINGLE_GAINS = (
     motor.SET_P_GAIN,
@@ -22,7 +22,7 @@ SINGLE_GAINS = (
 
 
 def test_every_registered_motor_board_is_examined_here() -> None:
-    assert set(SPECS) == set(registry.MOTOR_BOARDS)
+    assert set(VERSIONS) == set(registry.MOTOR_BOARDS)
 
 
 def test_satisfies_the_interface(bench: Bench) -> None:
@@ -96,12 +96,10 @@ def test_refuses_to_run_until_all_seven_gains_came(bench: Bench, missing: AxisCo
     for command in SINGLE_GAINS:
         if command is not missing:
             bench.do(command, 1)
-    bench.do(motor.CALIBRATE_ENCODER, 3, 2000, 10, 0)
-    assert bench.axis().mode == ControlMode.HW_FAULT
+    assert bench.start() == ControlMode.HW_FAULT
     bench.do(missing, 1)
     bench.do(motor.SET_CONTROL_MODE, ControlMode.FORCE_IDLE)
-    bench.do(motor.CALIBRATE_ENCODER, 3, 2000, 10, 0)
-    assert bench.axis().mode == ControlMode.POSITION
+    assert bench.start() == ControlMode.POSITION
 
 
 def test_group_commands_raise_the_flags_of_the_sheet(bench: Bench) -> None:
@@ -155,10 +153,10 @@ def test_an_unknown_command_ends_the_parsing_of_this_millisecond(bench: Bench) -
 
 def test_the_receive_fifo_holds_thirty_frames(bench: Bench) -> None:
     bench.configure(mask=STATUS_MASK)
-    for index in range(RECEIVE_FIFO_FRAMES + 3):
-        bench.send(motor.SET_DEBUG_PARAM, index, 1)
+    for number in range(RECEIVE_FIFO_FRAMES + 3):
+        bench.send(motor.SET_MAX_VELOCITY, number)
     bench.tick()
-    assert list(bench.axis().debug) == list(range(30))
+    assert bench.axis().max_velocity == 29
     assert bench.board.dropped["overrun"] == 3
     assert [status[4] for status in bench.statuses(20)] == [CanStatus.RX_OVERRUN]
 

@@ -59,7 +59,7 @@ def test_rest_slot_carries_currents_speeds_and_errors(bench: Bench) -> None:
     bench.ready(mask=0xC8)
     bench.board.ports[0].current_ma = 350
     bench.board.ports[1].current_ma = -120
-    bench.board.ports[1].raw_encoder = 1993
+    bench.place(1993)
     frames = [frame for frame in bench.tick(8) if source_of(frame[0]) == bench.address]
     current = bench.heard(frames, motor_periodic.CURRENT)[-1]
     assert current[1] == bytes.fromhex("5e0188ff00000000")
@@ -72,8 +72,10 @@ def test_strange_sensors_on_the_bus_are_complained_about(bench: Bench) -> None:
     bench.configure(mask=PRINT_MASK)
     bench.give((0x3DA, bytes(6)))  # a sensor that nobody listens to is no stranger
     assert bench.texts(10) == ""
-    bench.give((0x3DE, bytes(5)))  # a thermometer
-    assert bench.texts(10) == "unknown strain msg"
+    bench.give((0x3DE, bytes(5)))  # a thermometer; the boards of head and hand do not mind
+    minor = bench.axis().node.version[1]
+    silent = minor in (0x11, 0x15, 0x28, 0x30, 0x62)
+    assert bench.texts(10) == ("" if silent else "unknown strain msg")
 
 
 def test_prints_wait_four_at_most(bench: Bench) -> None:

@@ -63,7 +63,7 @@ def test_a_compliant_axis_is_a_spring_with_an_offset(bench: Bench) -> None:
     bench.do(motor.SET_IMPEDANCE_PARAMS, 10, 0)
     bench.compliant()
     bench.do(motor.SET_IMPEDANCE_OFFSET, 30)
-    bench.board.ports[PLAIN].raw_encoder = 2005
+    bench.place(2005)
     bench.hear_torque(-40)
     bench.tick()
     assert bench.axis().pwm == -10 * 5 + 30 + 40
@@ -100,7 +100,7 @@ def test_an_encoder_error_faults_and_keeps_the_position(bench: Bench) -> None:
     bench.ready(mask=STATUS_MASK)
     bench.tick(10)
     bench.board.ports[PLAIN].encoder_fault = True
-    bench.board.ports[PLAIN].raw_encoder = 17
+    bench.place(17)
     bench.tick()
     assert bench.axis().mode == ControlMode.HW_FAULT
     assert bench.ask(motor.GET_ENCODER_POSITION)[0] == 2000

@@ -69,7 +69,7 @@ def test_a_new_mode_starts_from_the_present_position(bench: Bench) -> None:
     bench.do(motor.SET_DESIRED_TORQUE, 300)
     bench.do(motor.POSITION_MOVE, 2500, 100)
     bench.tick(100)
-    bench.board.ports[PLAIN].raw_encoder = 2055
+    bench.place(2055)
     bench.tick()
     bench.enter(ControlMode.OPENLOOP)
     bench.do(motor.SET_OPENLOOP_PARAMS, 80)
@@ -206,7 +206,7 @@ def test_stop_trajectory_holds_where_the_axis_is(bench: Bench) -> None:
     bench.ready()
     bench.do(motor.POSITION_MOVE, 2400, 100)
     bench.tick(50)
-    bench.board.ports[PLAIN].raw_encoder = 2003
+    bench.place(2003)
     bench.tick()
     bench.do(motor.STOP_TRAJECTORY)
     assert bench.ask(motor.GET_DESIRED_POSITION) == (2003,)
@@ -218,7 +218,7 @@ def test_open_loop_drives_and_stops_outside_the_limits(bench: Bench) -> None:
     bench.do(motor.SET_OPENLOOP_PARAMS, 80)
     bench.tick(10)
     assert bench.board.ports[PLAIN].pwm == 80
-    bench.board.ports[PLAIN].raw_encoder = 3600
+    bench.place(3600)
     bench.tick(10)
     assert bench.board.ports[PLAIN].pwm == 0
 

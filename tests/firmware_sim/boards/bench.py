@@ -2,22 +2,49 @@
 
 from firmware_sim.boards.axis_state import Axis
 from firmware_sim.boards.board import Board
+from firmware_sim.boards.brushless import BODY_VERSIONS, NECK_VERSIONS
+from firmware_sim.boards.dc4 import VERSIONS as DC4_VERSIONS
+from firmware_sim.boards.unit import Unit
 from firmware_sim.description import BoardSpec
 from firmware_sim.registry import make_board
 from hal.wire import motor, motor_periodic
 from hal.wire.analog import FORCE, TORQUE, ZERO_WORD
 from hal.wire.can import Frame, class_of, low_of, source_of
 from hal.wire.message import AxisCommand, PeriodicMessage
-from hal.wire.modes import ControlMode
+from hal.wire.modes import CalibrationType, ControlMode
+
+ADDRESSES = {"bll": 1, "bll_ie": 1, "bll_dc": 1, "dc4": 3}
+LEG_ADDRESS = 6
+VERSIONS = {
+    "bll": BODY_VERSIONS,
+    "bll_ie": BODY_VERSIONS,
+    "bll_dc": NECK_VERSIONS,
+    "dc4": DC4_VERSIONS,
+}
+"""Firmware numbers of each registered type."""
+
+
+def spec_of(kind: str, major: int, minor: int, *, coupled: bool = False) -> BoardSpec:
+    """A board on the bench, where its robot has one of its kind."""
+    address = LEG_ADDRESS if minor == 0x51 else ADDRESSES[kind]
+    return BoardSpec(bus=2, address=address, type=kind, firmware=(major, minor), coupled=coupled)
+
 
 SPECS = {
-    "bll_ie": BoardSpec(bus=2, address=1, type="bll_ie", firmware=(0x02, 0x50), coupled=False),
-    "dc4": BoardSpec(bus=2, address=3, type="dc4", firmware=(0x02, 0x19), coupled=False),
+    f"{kind} {major}.{minor:02X}": spec_of(kind, major, minor)
+    for kind, versions in VERSIONS.items()
+    for major, minor in versions
 }
-"""One board of each registered type."""
+"""Every firmware of every motor board, each axis for itself."""
+
+SPECS["bll_ie"] = SPECS["bll_ie 2.50"]
+SPECS["dc4"] = SPECS["dc4 2.19"]
 
 PLAIN = 1
-"""An axis with absolute encoder, calibration type 3 and a torque source, on every board."""
+"""The axis that is looked at."""
+
+TORQUE_SOURCE = (12, 1)
+"""Where an axis hears its torque on the bench when its firmware names no source."""
 
 STATUS_MASK = motor_periodic.STATUS.mask_bit
 PRINT_MASK = motor_periodic.PRINT.mask_bit
@@ -26,14 +53,32 @@ POSITION_GAINS = (1000, 0, 0, 6)  # kp, ki, kd, shift
 POSITION_LIMITS = (0, 700, 700)  # offset, output limit, integral limit
 
 
+Pair = tuple[int, int]
+
+
+def coupled(kind: str, major: int, minor: int) -> "Bench":
+    """A bench with a board that couples its axes, configured."""
+    return Bench("", spec_of(kind, major, minor, coupled=True)).configure()
+
+
 class Bench:
     """A board, and a host that speaks to it. Axes are numbered over the whole board."""
 
     def __init__(self, kind: str, spec: BoardSpec | None = None) -> None:
         self.board: Board = make_board(spec or SPECS[kind])
         self.address = self.board.addresses[0]
-        for port in self.board.ports:
-            port.raw_encoder = 2000
+        for number in range(len(self.board.axes)):
+            self.place(2000, axis=number)
+
+    @property
+    def unit(self) -> Unit:
+        return self.axis().node.unit
+
+    def place(self, ticks: int, axis: int = PLAIN) -> None:
+        """Turn the joint of an uncoupled axis to where its sensor shows so many ticks."""
+        self.board.ports[axis].raw_encoder = ticks
+        if self.axis(axis).wiring.hall:
+            self.axis(axis).hall_ticks = ticks
 
     def axis(self, number: int = PLAIN) -> Axis:
         return self.board.axes[number]
@@ -46,7 +91,14 @@ class Bench:
         self.board.on_frame(*frame)
 
     def tick(self, milliseconds: int = 1) -> list[Frame]:
-        return [frame for _ in range(milliseconds) for frame in self.board.tick()]
+        """Frames of some milliseconds, in which the hand's MAIS is not missed."""
+        frames = []
+        hall = self.unit.links.hall
+        for _ in range(milliseconds):
+            if hall is not None:
+                hall.silent_ms = 0
+            frames += self.board.tick()
+        return frames
 
     def do(self, command: AxisCommand, *values: int, axis: int = PLAIN) -> list[Frame]:
         self.send(command, *values, axis=axis)
@@ -71,13 +123,23 @@ class Bench:
             self.send(motor.SET_TORQUE_PIDLIMITS, 0, 700, 0, axis=axis)
             self.send(motor.SET_MIN_POSITION, 500, axis=axis)
             self.send(motor.SET_MAX_POSITION, 3500, axis=axis)
+            if self.axis(axis).wiring.torque_source is None:
+                self.send(motor.SET_TORQUE_SOURCE, *TORQUE_SOURCE, axis=axis)
             self.do(motor.SET_BCAST_POLICY, mask, axis=axis)
         return self
 
+    def start(self, axis: int = PLAIN) -> int:
+        """Ask for a running axis where it stands; the mode that it comes to."""
+        if CalibrationType.DIGITAL_ABSOLUTE in self.axis(axis).wiring.calibrations:
+            ticks = self.board.ports[axis].raw_encoder
+            self.do(motor.CALIBRATE_ENCODER, 3, ticks, 10, 0, axis=axis)
+        else:  # of a 4DC, which runs without
+            self.do(motor.SET_CONTROL_MODE, ControlMode.POSITION, axis=axis)
+        return self.axis(axis).mode
+
     def calibrate(self, axis: int = PLAIN) -> "Bench":
-        """Type 3 to where the axis stands; leaves it running in POSITION."""
-        self.do(motor.CALIBRATE_ENCODER, 3, self.board.ports[axis].raw_encoder, 10, 0, axis=axis)
-        assert self.axis(axis).mode == ControlMode.POSITION
+        """Calibrated if its firmware asks for it, and running in POSITION."""
+        assert self.start(axis) == ControlMode.POSITION
         return self
 
     def ready(self, mask: int = 0) -> "Bench":
@@ -88,11 +150,22 @@ class Bench:
         self.do(motor.SET_CONTROL_MODE, mode, axis=axis)
         return self
 
+    def hear_partner(self, duties: Pair = (0, 0), positions: Pair = (0, 0)) -> None:
+        """Broadcasts of the shoulder's other board."""
+        partner = self.unit.firmware.partner
+        assert partner is not None
+        self.give(motor_periodic.PID_VAL.frame(partner.address, 0, 0, *duties))
+        if partner.needs_position:
+            self.give(motor_periodic.POSITION.frame(partner.address, *positions))
+
+    def open_loop(self, pwm: int, axis: int = PLAIN) -> None:
+        """Drive an axis, calibrated where its board asks for it, with a fixed PWM."""
+        self.do(motor.SET_CONTROL_MODE, ControlMode.OPENLOOP, axis=axis)
+        self.send(motor.SET_OPENLOOP_PARAMS, pwm, axis=axis)
+
     def hear_torque(self, torque: int = 0, axis: int = PLAIN) -> None:
         """Virtual torque frame with this torque (units) for the axis."""
-        source = self.axis(axis).wiring.torque_source
-        assert source is not None
-        address, channel = source
+        address, channel = self.axis(axis).wiring.torque_source or TORQUE_SOURCE
         words = [ZERO_WORD] * 3
         words[channel % 3] = torque + ZERO_WORD
         row = FORCE if channel < 3 else TORQUE

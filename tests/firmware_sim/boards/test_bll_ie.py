@@ -1,5 +1,7 @@
 """What only a BLL_IE does."""
 
+from dataclasses import replace
+
 import pytest
 
 from firmware_sim.boards.board import BoardError
@@ -36,8 +38,8 @@ def test_emergency_stop_of_the_sheet() -> None:
 
 def test_position_and_pid_frames_come_every_four_milliseconds(bench: Bench) -> None:
     bench.configure(mask=0x3)
-    bench.board.ports[0].raw_encoder = 2104
-    bench.board.ports[1].raw_encoder = 3526
+    bench.place(2104, axis=0)
+    bench.place(3526)
     frames = bench.tick(40)
     positions = bench.heard(frames, motor_periodic.POSITION)
     assert positions[-1] == (0x111, bytes.fromhex("38080000c60d0000"))
@@ -73,12 +75,35 @@ def test_pid_frame_carries_command_and_applied_duty(bench: Bench) -> None:
     assert duty1 == bench.board.ports[1].pwm < 50
 
 
-def test_uncalibrated_axes_are_refused(bench: Bench) -> None:
+def test_an_uncalibrated_single_axis_is_complained_about_and_runs_nevertheless(
+    bench: Bench,
+) -> None:
     bench.configure(mask=motor_periodic.PRINT.mask_bit)
+    bench.send(motor.SET_CONTROL_MODE, RUNNING)
+    assert bench.texts(10) == "calib failed, axis 1"
+    assert bench.axis().mode == RUNNING
+    assert bench.board.ports[1].enabled
+    assert bench.axis().fault_entries == 0
+
+
+def test_calibration_3_itself_is_complained_about(bench: Bench) -> None:
+    bench.configure(mask=motor_periodic.PRINT.mask_bit)
+    bench.send(motor.CALIBRATE_ENCODER, 3, 1706, 10, 348)
+    assert bench.texts(10) == "calib failed, axis 1"
+    assert bench.axis().calibrated
+
+
+def test_a_strict_board_refuses_uncalibrated_axes_and_allows_their_calibration() -> None:
+    strict = replace(spec(0x50), faithful=False, coupled=False)
+    bench = Bench("bll_ie", strict).configure(mask=motor_periodic.PRINT.mask_bit)
     bench.send(motor.SET_CONTROL_MODE, RUNNING)
     assert bench.texts(10) == "calib failed, axis 1"
     assert bench.axis().mode == ControlMode.HW_FAULT
     assert not bench.board.ports[1].enabled
+    bench.enter(ControlMode.FORCE_IDLE)
+    bench.send(motor.CALIBRATE_ENCODER, 3, 1706, 10, 348)
+    assert bench.texts(10) == ""
+    assert bench.axis().mode == RUNNING
 
 
 def test_speed_is_averaged_over_29_ms_and_scaled(bench: Bench) -> None:
@@ -94,7 +119,7 @@ def test_speed_is_averaged_over_29_ms_and_scaled(bench: Bench) -> None:
 
 
 def test_absolute_positions_wrap_at_a_turn(bench: Bench) -> None:
-    bench.board.ports[1].raw_encoder = 100
+    bench.place(100)
     bench.do(motor.SET_OFFSET_ABS_ENCODER, 348)
     assert bench.ask(motor.GET_ENCODER_POSITION)[0] == 4096 - 248
     assert bench.ask(motor.GET_ENCODER_VELOCITY) == (0,)  # the jump is not a speed
@@ -102,7 +127,7 @@ def test_absolute_positions_wrap_at_a_turn(bench: Bench) -> None:
 
 def test_calibration_3_moves_from_the_sensed_position_to_p1(bench: Bench) -> None:
     bench.configure()
-    bench.board.ports[1].raw_encoder = 2300
+    bench.place(2300)
     bench.do(motor.CALIBRATE_ENCODER, 3, 1706, 10, 348)
     axis = bench.axis()
     assert (axis.mode, axis.calibrated, axis.compliant) == (RUNNING, True, False)
@@ -179,7 +204,9 @@ def test_torque_sources_are_compiled_in(
 
 @pytest.mark.parametrize(("minor", "address"), [(0x19, 1), (0x51, 1)])
 def test_unknown_firmware_is_refused(minor: int, address: int) -> None:
-    with pytest.raises(BoardError, match=r"known: x\.50, x\.52, x\.54, x\.57 anywhere"):
+    with pytest.raises(
+        BoardError, match=r"known: 1\.50, 1\.51, .*2\.57; x\.51 at addresses 5 to 10 only"
+    ):
         Bench("bll_ie", spec(minor, address))
 
 
@@ -224,10 +251,10 @@ def test_a_compliant_axis_outside_its_range_is_not_driven_further_out() -> None:
     bench = compliant_shoulder()
     bench.do(motor.SET_TORQUE_PIDLIMITS, 50, 700, 0)  # a constant push towards higher ticks
     assert bench.axis().pwm == 50
-    bench.board.ports[1].raw_encoder = 3501
+    bench.place(3501)
     bench.tick()
     assert bench.axis().pwm == 0
-    bench.board.ports[1].raw_encoder = 499
+    bench.place(499)
     bench.tick()
     assert bench.axis().pwm == 50
 

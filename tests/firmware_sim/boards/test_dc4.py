@@ -158,5 +158,5 @@ def test_torques_of_the_wrist_come_from_sensor_eleven(bench: Bench) -> None:
 
 
 def test_unknown_firmware_is_refused() -> None:
-    with pytest.raises(BoardError, match=r"4DC firmware 1\.28 is not emulated; known: 2\.19"):
-        Bench("dc4", BoardSpec(bus=5, address=5, type="dc4", firmware=(1, 0x28)))
+    with pytest.raises(BoardError, match=r"4DC firmware 3\.28 at address 5 is not emulated; known"):
+        Bench("dc4", BoardSpec(bus=5, address=5, type="dc4", firmware=(3, 0x28)))
