@@ -9,6 +9,7 @@ every board on it is configured again.
 from collections.abc import Iterable
 
 from hal.boards.board import NO_ANSWER, HostBoard, Pulse, board_name
+from hal.couplings import needed_boards
 from hal.line import NOBODY, Line
 from hal.machine import Machine
 from hal.startup import first_frames, silence
@@ -137,9 +138,11 @@ class Liveness:
         hands = [
             other.board.name
             for other in self._machine.boards
-            if other.line is board.line and other.axes
+            if other.axes and board.board in needed_boards(other.board, [board.board])
         ]
-        return f": {', '.join(hands)} will fault, check the cable and power of the MAIS"
+        if not hands:
+            return ""
+        return f": {', '.join(hands)} faults without it, check the cable and power of the MAIS"
 
     def _recover(self, board: HostBoard) -> Sequence:
         """Wait for a silent board: it talks again, or it has restarted and answers a handshake."""
@@ -168,25 +171,42 @@ class Liveness:
         return reason
 
     def _reconfigure(self, board: HostBoard, text: str) -> Sequence:
-        """Settings, streams, axes idle; motion only when somebody asks for it."""
-        while True:
-            reason = yield from self._shake_hands(board)
-            if not reason:
-                break
-        _unmute(board)
+        """Settings, streams, axes idle; motion only when somebody asks for it.
+
+        A board that answers but stays silent is configured again until it sends.
+        """
+        said = ""
         self._configuring.add(board.board.name)
         try:
-            for pulse in board.pulses:
-                pulse.heard_ns = 0
-            reason = yield from board.configure()
-            if not reason:
-                reason = yield from first_frames(board)
+            while True:
+                reason = yield from self._configured(board)
+                if all(pulse.heard_ns for pulse in board.pulses):
+                    break
+                silence(board, reason)
+                self._note(board, "wrong", reason)
+                if reason != said:
+                    said = reason
+                    self._machine.faults.report(board.line.now_ns, reason)
         finally:
             self._configuring.discard(board.board.name)
             for pulse in board.pulses:
                 pulse.heard_ns = pulse.heard_ns or board.line.now_ns
         self._note(board, "restarted", reason)
         return reason or text
+
+    def _configured(self, board: HostBoard) -> Sequence:
+        """One attempt, from the handshake to the first frames."""
+        while True:
+            reason = yield from self._shake_hands(board)
+            if not reason:
+                break
+        _unmute(board)
+        for pulse in board.pulses:
+            pulse.heard_ns = 0
+        reason = yield from board.configure()
+        if not reason:
+            reason = yield from first_frames(board)
+        return reason
 
     def _shake_hands(self, board: HostBoard) -> Sequence:
         self._machine.inventory.ask(board)

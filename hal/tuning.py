@@ -10,6 +10,7 @@ from collections.abc import Sequence as Values
 import msgspec
 
 from hal.axis import Axis
+from hal.boards.board import sent
 from hal.boards.settings import (
     Setting,
     current_limit_setting,
@@ -133,6 +134,7 @@ def _change(axis: Axis, joint: Joint) -> Sequence | str:
 def _write(axis: Axis, changed: Values[Setting], old: Joint) -> Sequence:
     for row, values in changed:
         axis.command(row, *values)
+    yield from sent(axis.line, axis.address)
     reason = yield from verify(axis, changed)
     if reason:
         for row, values in _apply(axis, old):
