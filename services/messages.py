@@ -43,6 +43,42 @@ class Wrench(Message, frozen=True, kw_only=True):
     samples: int = 1  # averaged
 
 
+class Hall(Message, frozen=True, kw_only=True):
+    """Hall sensors of one hand, HES0 first."""
+
+    counts: tuple[int, ...]  # 0 to 255
+    arrival_ns: int
+
+
+class Skin(Message, frozen=True, kw_only=True):
+    """The 16 triangles of one skin board: 12 taxels each. Pressure lowers a taxel."""
+
+    taxels: bytes  # 192, 0 to 255
+    errors: bytes  # per triangle: 0 ok, 1 no answer, 2 not connected
+    heard: int  # bit per triangle: its taxels are new
+    no_load: int  # a taxel that nothing touches
+    arrival_ns: int
+
+
+class Inertial(Message, frozen=True, kw_only=True):
+    """Gyroscope and accelerometer of a skin board, in their own axes."""
+
+    gyro_rad_s: Vector3
+    acceleration_m_s2: Vector3  # at rest g upwards
+    arrival_ns: int
+
+
+class Imu(Message, frozen=True, kw_only=True):
+    """An IMU, in its own axes; the quaternion turns them into the earth's."""
+
+    quaternion: tuple[float, float, float, float]  # w, x, y, z
+    gyro_rad_s: Vector3
+    acceleration_m_s2: Vector3  # at rest g upwards
+    magnetic_t: Vector3
+    arrival_ns: int
+    lost: int = 0  # acquisitions since the previous message that never arrived
+
+
 class TorqueEstimate(Message, frozen=True, kw_only=True):
     """Torque that each drive exerts on its joint, all included, in the model's sign."""
 

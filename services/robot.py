@@ -1,7 +1,8 @@
 """The HAL as a service: boards on CAN buses on one side, typed streams on the other.
 
 Reads   joint_command, torque_estimate, impedance_offset of every part
-Writes  joint_state of every part, wrench of every FT sensor, robot/status (its heartbeat)
+Writes  joint_state of every part, wrench of every FT sensor, what other sensor boards measure
+        (sensor_streams.py), robot/status (its heartbeat)
 Serves  robot/request: calibrate, move, mode, interaction, stop, idle
 When commands go silent the boards hold their last reference. When torques go silent for 60 ms
 compliant joints are made stiff. What is not finite, out of order or too old is refused and counted;
@@ -29,6 +30,7 @@ from services.messages import (
 )
 from services.rates import Rates
 from services.robot_tables import RobotFile
+from services.sensor_streams import LOOK_HZ, SensorStreams
 from services.streams import (
     IMPEDANCE_OFFSET,
     JOINT_COMMAND,
@@ -65,10 +67,12 @@ class RobotService(Service):
             part: [self._hal.joint_index(joint) for joint in joints]
             for part, joints in robot.parts.items()
         }
+        self._sensor_streams = SensorStreams(self._hal)
         self._sensors = tuple(sensor.name for sensor in description.sensors)
         self.trigger = Period(1.0 / rates.hal_hz)
         self._wrench_every = rates.steps_per_message(rates.wrench_hz)
         self._state_every = rates.steps_per_message(rates.joint_state_hz)
+        self._look_every = rates.steps_per_message(LOOK_HZ)
         self._status_every = rates.steps_per_message(STATUS_HZ)
         self._tasks: dict[int, Task] = {}
         self._last_task = 0
@@ -85,6 +89,7 @@ class RobotService(Service):
         self.writes = (
             *(JOINT_STATE[part] for part in self._parts),
             *(WRENCH[sensor] for sensor in self._sensors),
+            *self._sensor_streams.streams,
             ROBOT_STATUS,
         )
 
@@ -127,6 +132,8 @@ class RobotService(Service):
                 samples = self._hal.take_samples(sensor)
                 if samples:
                     outputs.put(WRENCH[sensor], averaged(now_ns, samples))
+        if self._steps % self._look_every == 0:
+            self._sensor_streams.publish(now_ns, outputs)
         if self._steps % self._status_every == 0:
             outputs.put(ROBOT_STATUS, self._status(now_ns))
 

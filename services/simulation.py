@@ -82,11 +82,14 @@ class Simulation:
             "boards": Boards(self.rig, self._buses(robot), setting.truth_hz),
             "robot": RobotService(robot, self._buses(robot), setting.rates),
             "guard": GuardService(robot, self._buses(robot)),
-            "dynamics": Dynamics(robot),
-            "ik": Ik(robot),
-            "cartesian": Cartesian(robot),
-            "field": Field(),
         }
+        if robot.can_reach:
+            stack |= {
+                "dynamics": Dynamics(robot),
+                "ik": Ik(robot),
+                "cartesian": Cartesian(robot),
+                "field": Field(),
+            }
         stack.update(replaced or {})
         stack.update(guests or {})
         self.services = stack

@@ -10,8 +10,11 @@ from services.messages import (
     FaultRequest,
     FtRequest,
     Goal,
+    Hall,
     IkSolution,
     ImpedanceOffset,
+    Imu,
+    Inertial,
     JointCommand,
     JointState,
     Objects,
@@ -21,6 +24,7 @@ from services.messages import (
     RobotRequest,
     RobotStatus,
     ServiceStats,
+    Skin,
     TorqueEstimate,
     VirtualPoint,
     Wrench,
@@ -34,6 +38,12 @@ IMPEDANCE_OFFSET = PlacedStream("impedance_offset", ImpedanceOffset, rate_hz=100
 
 # per FT sensor
 WRENCH = PlacedStream("wrench", Wrench, rate_hz=1000)
+
+# per board
+HALL = PlacedStream("hall", Hall, rate_hz=100)
+SKIN = PlacedStream("skin", Skin, rate_hz=25)
+INERTIAL = PlacedStream("inertial", Inertial, rate_hz=100)
+IMU = PlacedStream("imu", Imu, rate_hz=100)
 
 # per process
 STATS = PlacedStream("stats", ServiceStats, rate_hz=1)

@@ -102,6 +102,8 @@ def _board(robot: RobotFile, name: str) -> Board:
         type=table.type,
         firmware=firmware_of(robot, name),
         broadcast=masks,
+        period_ms=table.period_ms,
+        frame=table.frame,
         required=_is_required(robot, name),
     )
 
