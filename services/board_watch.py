@@ -55,6 +55,7 @@ class Watch:
         self._positions: dict[int, tuple[int, ...]] = {}
         self._board_text = ""
         self._quiet_ticks = QUIET_TICKS
+        self._handshake = ""
         self._replies = {
             frame_id(CLASS_MOTOR_POLLING, addresses[0], HOST): motor.GET_FIRMWARE_VERSION,
             frame_id(CLASS_ANALOG_POLLING, addresses[0], HOST): analog.GET_FW_VERSION,
@@ -68,6 +69,7 @@ class Watch:
             for can_id, data in sent:
                 lines += self._on_frame(can_id, data)
         if self._quiet_ticks == QUIET_TICKS:
+            self._handshake = ""
             lines.append("streams stopped")
         for number, axis in enumerate(self._axes):
             if axis.mode != self._modes[number] or axis.calibrated != self._calibrated[number]:
@@ -100,7 +102,17 @@ class Watch:
         elif can_id in self._replies:
             command = self._replies[can_id]
             if data and data[0] & CODE_MASK == command.code:
-                yield from _handshake(command.parse_reply(data))
+                yield from self._on_handshake(command.parse_reply(data))
+
+    def _on_handshake(self, version: tuple[int, ...] | None) -> Iterator[str]:
+        """A host that asks again gets an answer, and we keep quiet about it."""
+        if version is None:
+            return
+        *_, major, minor, accepted = version
+        text = f"handshake {'accepted' if accepted else 'refused'}, protocol {major}.{minor}"
+        if text != self._handshake:
+            self._handshake = text
+            yield text
 
     def _on_status(self, source: int, data: bytes) -> Iterator[str]:
         values = STATUS.parse(data)
@@ -125,13 +137,6 @@ class Watch:
         if axis.calibrated and not self._calibrated[number]:
             yield f"{name}: calibrated"
         self._modes[number], self._calibrated[number] = mode, bool(axis.calibrated)
-
-
-def _handshake(version: tuple[int, ...] | None) -> Iterator[str]:
-    if version is not None:
-        *_, major, minor, accepted = version
-        verdict = "accepted" if accepted else "refused"
-        yield f"handshake {verdict}, protocol {major}.{minor}"
 
 
 def _words(mode: int) -> str:

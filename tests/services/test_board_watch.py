@@ -29,6 +29,7 @@ def test_the_answer_to_a_handshake_says_whether_the_host_was_accepted() -> None:
     accepted = motor.GET_FIRMWARE_VERSION.reply(1, 0, *PARAMETERS, 1)
     refused = motor.GET_FIRMWARE_VERSION.reply(1, 0, *PARAMETERS, 0)
     assert watch.look([accepted]) == ["handshake accepted, protocol 1.6"]
+    assert watch.look([accepted]) == []  # asked again
     assert watch.look([refused]) == ["handshake refused, protocol 1.6"]
 
 
