@@ -14,7 +14,7 @@ def test_tells_the_progress_of_every_joint(bench: Bench) -> None:
     bench.open()
     assert states(bench) == dict.fromkeys(JOINTS, "pending")
     task = bench.robot.request("calibrate")
-    bench.tick(600)
+    bench.tick(300)
     assert states(bench) == {**dict.fromkeys(JOINTS, "pending"), "pitch": "done", "roll": "done"}
     bench.finish(task)
 
@@ -24,9 +24,9 @@ def test_tells_the_progress_of_every_joint(bench: Bench) -> None:
 def test_goes_on_where_it_was_broken_off(bench: Bench) -> None:
     bench.open()
     bench.robot.request("calibrate")
-    bench.tick(600)
+    bench.tick(300)
     bench.robot.request("stop")
-    bench.tick(600)
+    bench.tick(300)
     assert list(states(bench).values()) == ["done", "done", "pending", "pending"]
     began_deg = list(bench.angles_deg[:2])
     task = bench.robot.request("calibrate")
