@@ -203,7 +203,7 @@ class Axis(View):
         self.creep = self.creep_ms = self.creep_position = self.creep_pwm = 0
         self.set_torque_source(self.wiring.torque_source)
         counts = self.wiring.encoder is Encoder.INCREMENTAL and not self.wiring.hall
-        self.encoder_offset = self.port.raw_encoder if counts and not self.wiring.hall else 0
+        self.encoder_offset = self.port.raw_encoder if counts else 0
         self.hall_ticks = 0
         self.motor_low, self.motor_high = -_FAR_TICKS, _FAR_TICKS
         self.pwm_wanted = 0

@@ -87,7 +87,7 @@ def _begin_absolute_incremental(axis: Axis, target: int, speed: int, counts: int
     tendon = axis.node.unit.tendon(axis)
     if tendon is None or not _has_speed(axis, speed) or not may_run(axis):
         return
-    tendon.release(counts)
+    tendon.begin_calibration(counts)
     axis.calibrated = False
     axis.set_compliant(False)
     axis.enter(CALIB_INCREMENTAL)

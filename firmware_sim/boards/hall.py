@@ -17,9 +17,13 @@ _SECOND_ID = frame_id(CLASS_ANALOG_PERIODIC, MAIS_ADDRESS, HALL_7_14.type)
 
 
 class Tendon:
-    """One axis whose position is Hall bytes and whose motor counts beside it."""
+    """One axis whose position is Hall bytes and whose motor counts beside it.
 
-    __slots__ = ("_high", "_low", "_zero", "axis", "hall", "target")
+    DELIBERATE: the sheet names limits of those counts without saying what they do; here positive
+    PWM is taken to raise the counts, and the bridge gets none that leads further out.
+    """
+
+    __slots__ = ("_zero", "axis", "hall", "target")
 
     def __init__(self, axis: Axis) -> None:
         self.axis = axis
@@ -29,25 +33,20 @@ class Tendon:
     def boot(self) -> None:
         """State at power-up: the motor may go where it likes."""
         self._zero = self.axis.port.raw_encoder
-        self._low, self._high = -UNLIMITED_COUNTS, UNLIMITED_COUNTS
         self.target = 0  # p3 of the calibration that runs
 
-    @property
-    def counts(self) -> int:
-        """Motor encoder, counts from where calibration put its zero."""
-        return self.axis.port.raw_encoder - self._zero
-
     def set_low(self, counts: int) -> None:
-        """Lower limit of the motor's counts."""
-        self._low = counts
+        """Lower limit of the motor's counts, from where calibration put their zero."""
+        self.axis.motor_low = self._zero + counts
 
     def set_high(self, counts: int) -> None:
         """Upper limit of the motor's counts."""
-        self._high = counts
+        self.axis.motor_high = self._zero + counts
 
-    def release(self, target: int) -> None:
-        """A calibration begins: no limits until it ends."""
-        self._low, self._high = -UNLIMITED_COUNTS, UNLIMITED_COUNTS
+    def begin_calibration(self, target: int) -> None:
+        """Type 4 begins: no limits until it ends."""
+        self.set_low(-UNLIMITED_COUNTS)
+        self.set_high(UNLIMITED_COUNTS)
         self.target = target
 
     def end_calibration(self) -> None:
@@ -58,24 +57,13 @@ class Tendon:
         self._zero = self.axis.port.raw_encoder
         opposite = self.axis.wiring.opposite_limit
         if self.target >= 0:
-            self._low, self._high = opposite, self.target
+            self.set_low(opposite)
+            self.set_high(self.target)
         else:
-            self._low, self._high = self.target, -opposite
+            self.set_low(self.target)
+            self.set_high(-opposite)
         self.axis.enter(POSITION)
         self.axis.calibrated = True
-
-    def hold_inside(self) -> None:
-        """No PWM that drives the motor further out of its limits.
-
-        DELIBERATE: the sheet names these limits without saying what they do; here positive PWM is
-        taken to raise the counts, and is cut at the upper limit.
-        """
-        port = self.axis.port
-        if not port.pwm:
-            return
-        counts = self.counts
-        if (counts >= self._high and port.pwm > 0) or (counts <= self._low and port.pwm < 0):
-            port.pwm = 0
 
 
 class HallLink:
@@ -124,11 +112,6 @@ class HallLink:
             axis = tendon.axis
             if axis.mode == CALIB_INCREMENTAL and not axis.reference.active:
                 tendon.end_calibration()
-
-    def hold_inside(self) -> None:
-        """When the bridges are set: motors stay inside their counts."""
-        for tendon in self.tendons.values():
-            tendon.hold_inside()
 
     @property
     def silent(self) -> bool:

@@ -155,8 +155,6 @@ class MotorBoard:
         if not self.powered:
             return []
         made = self._replies
-        if self._links.hall is not None:
-            self._links.hall.hold_inside()
         if self.bus_off:
             made.clear()
             self._transmit.clear()

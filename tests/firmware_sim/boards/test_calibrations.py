@@ -160,6 +160,7 @@ def test_type_four_leaves_the_motor_between_p3_and_a_fixed_limit(
 def test_motor_limits_can_be_set() -> None:
     bench = Bench("dc4 2.30")
     bench.board.power_cycle()
+    bench.place(2000)
     bench.configure()
     bench.do(motor.SET_MAX_MOTOR_POS, 50)
     bench.do(motor.SET_MIN_MOTOR_POS, -50)
