@@ -1,0 +1,193 @@
+"""The verbs on python-can's own virtual interface, as a user calls them."""
+
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import can
+import pytest
+
+from services.cli.can_buses import PlainBus, opened
+from services.cli.can_dbc import can_dbc, can_docs, every_node
+from services.cli.can_dump import can_dump
+from services.cli.can_log import can_log, can_replay
+from services.cli.can_send import can_send
+from services.cli.can_stats import can_stats
+from services.core.clock import RealClock, VirtualClock
+from services.core.errors import ConfigError, NotRunningError, ServiceError
+from tests.services.cli.can_bench import ROBOT
+
+PLACE = "right_arm=virtual:ulna-test"
+
+
+def message(text: str) -> can.Message:
+    head, _, tail = text.partition("#")
+    data = bytes.fromhex(tail)
+    return can.Message(arbitration_id=int(head, 16), data=data, is_extended_id=False)
+
+
+@pytest.fixture
+def far_end() -> Iterator[can.BusABC]:
+    with can.Bus("ulna-test", interface="virtual") as bus:
+        yield bus
+
+
+class Talker:
+    """Sends a frame again and again from a thread, as boards do."""
+
+    def __init__(self, bus: can.BusABC, text: str) -> None:
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, args=(bus, message(text)))
+
+    def _run(self, bus: can.BusABC, sent: can.Message) -> None:
+        while not self._stop.wait(0.002):
+            bus.send(sent)
+
+    def __enter__(self) -> None:
+        self._thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._stop.set()
+        self._thread.join()
+
+
+def test_dump_of_a_python_can_bus(far_end: can.BusABC, capsys: pytest.CaptureFixture[str]) -> None:
+    with Talker(far_end, "111#38080000C60D0000"):
+        assert can_dump(bus=(PLACE,), count=2, seconds=20.0) == 0
+    output = capsys.readouterr()
+    assert len(output.out.splitlines()) == 2
+    assert "r_shoulder       POSITION position0=2104 tick (r_shoulder_pitch" in output.out
+    assert output.err == "2 shown, 0 lost, 0 unknown, 0 of wrong length\n"
+
+
+def test_send_to_a_python_can_bus(far_end: can.BusABC, capsys: pytest.CaptureFixture[str]) -> None:
+    assert can_send(PLACE, "SET_CONTROL_MODE", "IDLE", joint="r_elbow", wait=0.0) == 0
+    received = far_end.recv(timeout=0)
+    assert received is not None
+    assert (received.arbitration_id, bytes(received.data)) == (0x002, b"\x89\x00")
+    assert "to r_elbow" in capsys.readouterr().out
+
+
+def test_dangerous_frame_needs_a_yes(far_end: can.BusABC) -> None:
+    with pytest.raises(ConfigError, match="not sent: DISCOVER: a discovery switches off all axes"):
+        can_send(PLACE, "DISCOVER", to="everybody")
+    assert far_end.recv(timeout=0) is None
+    assert can_send(PLACE, "70F#FF", wait=0.0, yes=True) == 1  # nobody answers
+    sent = far_end.recv(timeout=0)
+    assert sent is not None
+    assert (sent.arbitration_id, bytes(sent.data)) == (0x70F, b"\xff")
+
+
+def test_question_without_an_answer_is_told(
+    far_end: can.BusABC, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert can_send(PLACE, "GET_BOARD_ID", to="r_elbow", wait=0.0) == 1
+    assert capsys.readouterr().err == "no answer\n"
+    assert far_end.recv(timeout=0) is not None
+
+
+def test_log_and_replay_through_a_file(
+    far_end: can.BusABC, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "arm.log"
+    with Talker(far_end, "123#0000000100000000"):
+        assert can_log(path, bus=(PLACE,), seconds=0.1) == 0
+    frames = len(path.read_text().splitlines())
+    assert frames > 0
+    assert capsys.readouterr().err == f"{frames} frames in {path}, 0 lost\n"
+
+    assert can_replay(path, bus=("2=virtual:ulna-test",), speed=100.0) == 0
+
+    replayed = [far_end.recv(timeout=0) for _ in range(frames)]
+    assert {bytes(one.data) for one in replayed if one is not None} == {b"\0\0\0\1\0\0\0\0"}
+    assert None not in replayed
+    assert f"{frames} sent, 0 of other buses" in capsys.readouterr().err
+
+
+def test_replay_of_a_moving_frame_is_refused(far_end: can.BusABC, tmp_path: Path) -> None:
+    path = tmp_path / "move.log"
+    path.write_text("(1.0) can2 001#1B380800000B00\n")
+    with pytest.raises(ConfigError, match="moves a joint, past every limit of the HAL; --yes"):
+        can_replay(path, bus=("2=virtual:ulna-test",))
+    assert far_end.recv(timeout=0) is None
+    with pytest.raises(ConfigError, match="--speed 0: must be above 0"):
+        can_replay(path, speed=0.0)
+
+
+def test_stats_of_a_python_can_bus(far_end: can.BusABC, capsys: pytest.CaptureFixture[str]) -> None:
+    with Talker(far_end, "111#38080000C60D0000"):
+        assert can_stats(bus=(PLACE,), seconds=0.1, by="message") == 0
+    assert "right_arm" in (output := capsys.readouterr().out)
+    assert "POSITION" in output
+
+
+def test_frames_that_the_icub_has_not_are_counted(far_end: can.BusABC) -> None:
+    bus = PlainBus(can.Bus("ulna-test", interface="virtual"), VirtualClock())
+    far_end.send(can.Message(arbitration_id=0x12345))
+    far_end.send(message("115#"))
+    assert bus.receive_frames() == [(0x115, b"", 0)]
+    assert bus.foreign == 1
+    bus.shutdown()
+
+
+@pytest.mark.parametrize("name", ["right_arm", "2"])
+def test_a_bus_of_the_robot_has_its_name(far_end: can.BusABC, name: str) -> None:
+    with opened(ROBOT, (f"{name}=virtual:ulna-test",)) as (tap,):
+        assert (tap.number, tap.name) == (2, "right_arm")
+    with opened(ROBOT, ("virtual:ulna-test",)) as (tap,):
+        assert (tap.number, tap.name) == (-1, "virtual:ulna-test")
+    assert far_end.recv(timeout=0) is None
+
+
+def test_what_cannot_be_opened_is_one_sentence(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    with pytest.raises(ConfigError, match="no bus 'tail'; known: head_torso"):
+        opened(ROBOT, ("tail=virtual:x",)).__enter__()
+    with pytest.raises(ServiceError, match="nonsense"):
+        opened(ROBOT, ("nonsense:x",)).__enter__()
+    with pytest.raises(ServiceError, match="can77"):
+        opened(ROBOT, ("can77",)).__enter__()
+    with pytest.raises(NotRunningError, match="no stack named 'other' is up here"):
+        opened(ROBOT, (), stack="other").__enter__()
+
+
+def test_without_stack_and_interfaces_there_is_nothing_to_listen_to(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    monkeypatch.setattr("services.cli.can_buses.interfaces_up", lambda _names: False)
+    with pytest.raises(NotRunningError, match="no stack of icub is up, and none of its interfaces"):
+        opened(ROBOT, (), clock=RealClock()).__enter__()
+
+
+def test_dbc_of_one_bus_has_the_names_of_the_robot(tmp_path: Path) -> None:
+    path = tmp_path / "arm.dbc"
+    assert can_dbc(bus="right_arm", out=path) == 0
+    text = path.read_text()
+    assert "BO_ 273 r_shoulder_POSITION: 8 r_shoulder" in text
+    assert "BO_ 321 r_forearm_2_POSITION: 8 r_forearm_2" in text
+    assert "BO_ 970 right_arm_virtual_FORCE: 7 host" in text
+    assert "axis 0 r_shoulder_pitch: deg = tick / 11.375 - 177.0; axis 1 r_shoulder_roll" in text
+    with pytest.raises(ConfigError, match="no bus 'tail'; known: head_torso"):
+        can_dbc(bus="tail")
+
+
+def test_dbc_of_all_buses_has_every_address_once() -> None:
+    nodes = every_node(ROBOT)
+    assert {(1, "bll_ie"), (4, "dc4 second"), (13, "strain"), (14, "mais"), (12, "virtual")} <= {
+        (node.address, node.kind) for node in nodes
+    }
+    assert len(nodes) == len({(node.address, node.kind) for node in nodes})
+
+
+def test_dbc_and_docs_go_to_standard_output_or_tell_why_not(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert can_dbc() == 0
+    assert capsys.readouterr().out.startswith('VERSION ""')
+    assert can_docs() == 0
+    assert capsys.readouterr().out.startswith("# The frames on the wire")
+    with pytest.raises(ConfigError, match="cannot write"):
+        can_docs(out=tmp_path / "missing" / "page.md")
