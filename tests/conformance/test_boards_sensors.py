@@ -9,9 +9,11 @@ from firmware_sim.boards.board import RECEIVE_FIFO_FRAMES, Board
 from firmware_sim.boards.sensor_board import SensorBoard
 from firmware_sim.description import BoardSpec
 from firmware_sim.registry import make_board
+from hal.readings import SkinSample
 from hal.wire import analog
 from hal.wire.can import Frame, class_of, source_of
 from hal.wire.management import BoardType
+from tests.hal.sensor_bench import ADDRESSES, SensorBench
 
 FULL_SCALE = (1521.0, 1658.0, 1966.0, 34.0, 35.0, 22.0)
 ADDRESS = 13
@@ -31,6 +33,7 @@ STARTERS = {  # what starts every stream of a board
     "strain": ("0700",),
     "strain2": ("0700", "3417800000000000", "3505", "3901", "3A01"),
 }
+STEPS = 3000
 
 
 def made(name: str) -> SensorBoard:
@@ -190,6 +193,18 @@ def test_every_command_of_the_table_is_taken_at_any_length(name: str) -> None:
                     assert len(data) <= 8
 
 
+def test_only_strain_and_mais_acknowledge_a_setting_with_an_empty_frame(name: str) -> None:
+    board = made(name)
+    for setting in ("0701", "0801"):
+        expected = [(REPLY, b"")] if name in ("strain", "mais") else []
+        assert ask(board, setting) == expected
+
+
+def test_only_strain_and_mais_answer_what_they_do_not_know(name: str) -> None:
+    answer = [(REPLY, b"\xeeBUG")] if name in ("strain", "mais") else []
+    assert ask(made(name), "EE00") == answer
+
+
 def test_random_frames_raise_nothing_and_are_counted(name: str) -> None:
     draw = random.Random(name)
     board = started(name)
@@ -206,3 +221,36 @@ def test_random_frames_raise_nothing_and_are_counted(name: str) -> None:
             assert len(sent) <= 8
     assert min(board.dropped["address"], board.dropped["length"]) > 0
     assert board.dropped["management"] > 0
+
+
+def test_the_hal_takes_any_frame_of_a_sensor_board() -> None:
+    draw = random.Random("sensors")
+    bench = SensorBench().open()
+    periodic = [
+        can_class << 8 | address << 4 | kind
+        for can_class in (3, 4, 5)
+        for address in ADDRESSES.values()
+        for kind in range(16)
+    ]
+    replies = [0x200 | address << 4 for address in ADDRESSES.values()]
+    for _ in range(STEPS):
+        for _ in range(6):
+            can_id = draw.choice(draw.choice((periodic, replies)))
+            data = bytearray(draw.randbytes(draw.randrange(9)))
+            if data and draw.random() < 0.5:
+                data[0] = draw.choice((0x40, 0xC0, 0x1C, 0x18))
+            bench.say(f"{can_id:03X} {data.hex()}")
+        bench.tick()
+    drops = bench.drops
+    assert sum(drops.values()) > STEPS
+    assert {
+        "skin frame of wrong length",
+        "FORCE of wrong length",
+        "HALL_0_6 of wrong length",
+        "GYROSCOPE of wrong length",
+        "IMU_TRIPLE of wrong length",
+        "THERMOMETER of wrong length",
+        "undecodable reply of a sensor",
+    } <= set(drops)
+    assert len(bench.take("mtb", SkinSample)) > 0
+    bench.close()

@@ -185,3 +185,26 @@ def test_no_bytes_can_break_it(strain: Strain) -> None:
 def test_six_full_scales_are_needed() -> None:
     with pytest.raises(BoardError, match="six full scales, not 3"):
         Strain(SPEC, FULL_SCALE[:3])
+
+
+def test_a_stuck_gauge_saturates_its_channel_whatever_the_others_do(strain: Strain) -> None:
+    ask(strain, "0700")
+    strain.stuck_words = {4: 65000}
+    strain.raw_adc[:] = [0x8100] * 6
+    assert [data[6] for _, data in strain.tick()] == [0x01, 0x21]
+    strain.stuck_words = {}
+    assert [len(data) for _, data in strain.tick()] == [6, 6]
+
+
+def test_a_frozen_sensor_repeats_its_last_sample_without_a_mark(strain: Strain) -> None:
+    strain.raw_adc[:] = [0x8000, 0x7F3A, 0x8341, 0x83C4, 0x7E2C, 0x812A]
+    ask(strain, "0700")
+    strain.frozen = True
+    strain.raw_adc[:] = [0xFFFF] * 6
+    sample = [
+        (0x3DA, bytes.fromhex("00803a7f4183")),
+        (0x3DB, bytes.fromhex("c4832c7e2a81")),
+    ]
+    assert [strain.tick() for _ in range(50)] == [sample] * 50
+    strain.frozen = False
+    assert [data[6] for _, data in strain.tick()] == [0xA9, 0xA9]
