@@ -42,6 +42,7 @@ class Axis:
         "_velocity_rad_s",
         "_window",
         "address",
+        "calibrating",
         "calibration_failure",
         "fault_bits",
         "full_pwm",
@@ -95,6 +96,7 @@ class Axis:
         self.fault_bits = 0
         self.switching = False
         self.offset_counts = 0
+        self.calibrating = False  # the board has been asked to, and is at it
         self.calibration_failure = ""
         self.full_pwm = full_pwm
         self.partners: tuple[Axis, ...] = ()  # switched together with this one by the firmware

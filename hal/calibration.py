@@ -87,6 +87,7 @@ def _run(axis: Axis) -> Sequence:
         axis.command(motor.SET_PWM_LIMIT, min(calibration.startup_pwm, axis.joint.pwm_limit))
         # Without power a joint may still fall: caught in motion, it would overshoot its limit.
         yield from settled(axis)
+        axis.calibrating = True
         axis.command(
             motor.CALIBRATE_ENCODER,
             calibration.type,
@@ -97,7 +98,7 @@ def _run(axis: Axis) -> Sequence:
         reason = yield from _done(axis)
         yield from settled(axis)
     finally:
-        axis.switching = False
+        axis.switching = axis.calibrating = False
         axis.set_moving(False)
         axis.command(motor.SET_PWM_LIMIT, axis.joint.pwm_limit)
     return reason

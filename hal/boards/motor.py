@@ -24,6 +24,8 @@ UNUSED = (
     10,
     11,
 )  # broadcasts that are not read: taken, so that they do not count as unexpected
+# A single BLL axis prints this when calibration switches it on, and goes on (can-protocol 10.2).
+UNCALIBRATED = "calib failed, axis"
 
 
 class MotorBoard:
@@ -156,6 +158,8 @@ class MotorBoard:
         """A piece of a text that the board prints, reported when complete."""
         text = self._prints.add(data)
         if text is not None:
+            if text.startswith(UNCALIBRATED) and any(axis.calibrating for axis in self.axes):
+                return
             for axis in self.axes:
                 axis.said, axis.said_ns = text, stamp_ns
             self._faults.report(stamp_ns, f"{board_name(self.board)} says: {text}", text)
