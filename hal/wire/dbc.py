@@ -10,73 +10,22 @@ from collections.abc import Iterable, Iterator, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
-from hal.wire import analog, battery, inertial, mais, motor_periodic, skin
+from hal.wire import motor_periodic, skin
 from hal.wire.can import (
-    CLASS_ANALOG_PERIODIC,
     CLASS_ANALOG_POLLING,
-    CLASS_BATTERY_PERIODIC,
-    CLASS_INERTIAL_PERIODIC,
     CLASS_MANAGEMENT,
     CLASS_MOTOR_PERIODIC,
     CLASS_MOTOR_POLLING,
-    CLASS_SKIN_PERIODIC,
     EVERYBODY,
     HOST,
     frame_id,
 )
 from hal.wire.catalogue import FORMS, POLLED_CLASSES, RESET_CAUSE, Direction, Form
+from hal.wire.dbc_boards import BOARDS
 from hal.wire.layout import VALUE_RANGES, Field, Layout
 
 HOST_NAME = "host"
 LONGEST_NAME = 32  # of a DBC symbol; longer ones go into the attribute that Vector's tools read
-
-_FOC_TYPES = {motor_periodic.FOC.type, motor_periodic.EMSTO2FOC_DESIRED_CURRENT.type}
-_MOTOR_TYPES = set(motor_periodic.MESSAGES) - _FOC_TYPES
-_STRAIN_TYPES = {m.type for m in analog.MESSAGES.values() if isinstance(m, analog.TripleMessage)}
-_IMU_TYPES = {
-    message.type for message in (inertial.IMU_TRIPLE, inertial.IMU_QUATERNION, inertial.IMU_STATUS)
-}
-_TRIANGLES = set(range(skin.TRIANGLES))
-
-
-class Sends(NamedTuple):
-    """What one type of board speaks: its polled class and its broadcasts, types by class."""
-
-    polled: int | None
-    broadcasts: dict[int, set[int]]
-    family: str = ""
-    is_managed: bool = True
-
-
-_MOTOR = Sends(CLASS_MOTOR_POLLING, {CLASS_MOTOR_PERIODIC: _MOTOR_TYPES})
-_STRAIN = {CLASS_ANALOG_PERIODIC: _STRAIN_TYPES}
-_IMU = {CLASS_INERTIAL_PERIODIC: _IMU_TYPES}
-_MTB = {CLASS_INERTIAL_PERIODIC: set(inertial.MESSAGES) - _IMU_TYPES}
-
-BOARDS: dict[str, Sends] = {
-    **dict.fromkeys(("bll", "bll_ie", "bll_dc", "dc4"), _MOTOR),
-    "dc4 second": _MOTOR._replace(is_managed=False),  # the address of axes 2 and 3
-    "foc": Sends(CLASS_MOTOR_POLLING, {CLASS_MOTOR_PERIODIC: {*_MOTOR_TYPES, 0}}, "foc"),
-    "strain": Sends(CLASS_ANALOG_POLLING, _STRAIN),
-    "strain2": Sends(
-        CLASS_ANALOG_POLLING,
-        {CLASS_ANALOG_PERIODIC: set(analog.MESSAGES), **_IMU},
-    ),
-    "mais": Sends(CLASS_ANALOG_POLLING, {CLASS_ANALOG_PERIODIC: set(mais.MESSAGES)}, "mais"),
-    "mais of 16 bits": Sends(
-        CLASS_ANALOG_POLLING, {CLASS_ANALOG_PERIODIC: set(mais.WORD_MESSAGES)}, "mais of 16 bits"
-    ),
-    "mtb": Sends(CLASS_ANALOG_POLLING, {CLASS_SKIN_PERIODIC: _TRIANGLES, **_MTB}, "skin"),
-    "mtb of old style": Sends(
-        CLASS_ANALOG_POLLING, {CLASS_ANALOG_PERIODIC: _TRIANGLES, **_MTB}, "skin"
-    ),
-    "imu": Sends(CLASS_ANALOG_POLLING, _IMU),
-    "battery": Sends(None, {CLASS_BATTERY_PERIODIC: set(battery.MESSAGES)}),
-    "virtual": Sends(  # the host that poses as a torque sensor
-        None, {CLASS_ANALOG_PERIODIC: {analog.FORCE.type, analog.TORQUE.type}}, is_managed=False
-    ),
-}
-"""What is written for each type of board; the names are those of a robot file."""
 
 
 class Node(NamedTuple):
@@ -105,6 +54,7 @@ class Message(NamedTuple):
     can_id: int
     name: str
     sender: str
+    receivers: str
     length: int
     signals: tuple[Signal, ...]
 
@@ -129,22 +79,23 @@ def dbc_text(nodes: Iterable[Node]) -> str:
 
 
 def _host_messages(boards: Sequence[Node]) -> Iterator[Message]:
-    yield _polled(CLASS_MANAGEMENT, Direction.REQUEST, HOST, EVERYBODY, HOST_NAME, "everybody", "")
+    everybody = ",".join(dict.fromkeys(node.name for node in boards))
+    asked = _polled(CLASS_MANAGEMENT, Direction.REQUEST, EVERYBODY, "everybody", "")
+    yield asked._replace(receivers=everybody or HOST_NAME)
     if any(node.kind == "foc" for node in boards):
         row = motor_periodic.EMSTO2FOC_DESIRED_CURRENT
         can_id = frame_id(CLASS_MOTOR_PERIODIC, HOST, row.type)
         signals = tuple(_signals(row.layout, "", None))
-        yield Message(can_id, row.name, HOST_NAME, row.layout.dlc, signals)
+        receivers = ",".join(node.name for node in boards if node.kind == "foc")
+        yield Message(can_id, row.name, HOST_NAME, receivers, row.layout.dlc, signals)
 
 
 def _messages(node: Node) -> Iterator[Message]:
     sends = BOARDS[node.kind]
     polled = [sends.polled] if sends.polled is not None else []
     for can_class in (*polled, *([CLASS_MANAGEMENT] if sends.is_managed else [])):
-        to_board, from_board = (HOST, node.address), (node.address, HOST)
-        name = node.name
-        yield _polled(can_class, Direction.REQUEST, *to_board, HOST_NAME, name, sends.family)
-        yield _polled(can_class, Direction.REPLY, *from_board, name, name, sends.family)
+        for direction in (Direction.REQUEST, Direction.REPLY):
+            yield _polled(can_class, direction, node.address, node.name, sends.family)
     for can_class, types in sends.broadcasts.items():
         for kind in sorted(types):
             yield _broadcast(node, can_class, kind, sends.family)
@@ -156,9 +107,7 @@ _WORDS = {CLASS_MOTOR_POLLING: "motor", CLASS_ANALOG_POLLING: "sensor", CLASS_MA
 def _polled(
     can_class: int,
     direction: Direction,
-    source: int,
-    destination: int,
-    sender: str,
+    address: int,
     board: str,
     family: str,
 ) -> Message:
@@ -180,19 +129,22 @@ def _polled(
         # Its first flag, por, lies where the others have the command: 0 or 1, which have no reply.
         signals += list(_signals(RESET_CAUSE.layout, "RESET_CAUSE_", 0))[1:]
     what = f"{_WORDS[can_class]}_{direction.name.lower()}"
-    return Message(
-        frame_id(can_class, source, destination), f"{board}_{what}", sender, 8, tuple(signals)
-    )
+    if direction == Direction.REPLY:
+        can_id, sender, receivers = frame_id(can_class, address, HOST), board, HOST_NAME
+    else:
+        can_id, sender, receivers = frame_id(can_class, HOST, address), HOST_NAME, board
+    return Message(can_id, f"{board}_{what}", sender, receivers, 8, tuple(signals))
 
 
 def _broadcast(node: Node, can_class: int, kind: int, family: str) -> Message:
     can_id = frame_id(can_class, node.address, kind)
-    sender = HOST_NAME if node.kind == "virtual" else node.name
+    ends = (HOST_NAME, node.name) if node.kind == "virtual" else (node.name, HOST_NAME)
     if family == "skin" and can_class in skin.CLASSES:
         signals = [Signal("half", Field("half", "u8"), 0, 8, "<")]
         for row in skin.MESSAGES.values():
             signals += _signals(row.layout, "", row.code)
-        return Message(can_id, f"{node.name}_TRIANGLE_{kind}", sender, 8, tuple(signals))
+        name = f"{node.name}_TRIANGLE_{kind}"
+        return Message(can_id, name, *ends, 8, tuple(signals))
     forms = {
         form.family: form
         for form in reversed(FORMS)  # of one family the longest form comes first
@@ -200,7 +152,8 @@ def _broadcast(node: Node, can_class: int, kind: int, family: str) -> Message:
     }
     form = forms.get(family) or forms[""]
     signals = list(_signals(form.layout, "", None))
-    return Message(can_id, f"{node.name}_{form.name}", sender, form.layout.dlc, tuple(signals))
+    name, length = f"{node.name}_{form.name}", form.layout.dlc
+    return Message(can_id, name, *ends, length, tuple(signals))
 
 
 def _signals(layout: Layout, prefix: str, mux: int | None) -> Iterator[Signal]:
@@ -225,7 +178,7 @@ def _message_lines(message: Message) -> Iterator[str]:
         yield (
             f" SG_ {_short(signal.name, str(index))}{select} : "
             f"{signal.start}|{signal.bits}@{order}{sign} (1,0) [{low}|{high}] "
-            f'"{signal.field.unit}" Vector__XXX'
+            f'"{signal.field.unit}" {message.receivers}'
         )
 
 

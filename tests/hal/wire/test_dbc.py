@@ -20,7 +20,8 @@ from hal.wire.catalogue import (
     Form,
     decode,
 )
-from hal.wire.dbc import BOARDS, Node, dbc_text
+from hal.wire.dbc import Node, dbc_text
+from hal.wire.dbc_boards import BOARDS
 from hal.wire.layout import VALUE_RANGES, OpenLayout
 from hal.wire.message import AxisCommand, Command, PeriodicMessage
 
@@ -264,6 +265,21 @@ def test_every_type_of_board_loads_strictly(kind: str) -> None:
     loaded = database((Node(5, kind, "board"),))
     assert loaded.get_message_by_frame_id(0x70F).name == "everybody_manage_request"
     assert {message.frame_id & 0xF for message in loaded.messages} <= set(range(16))
+
+
+def test_senders_and_receivers_are_the_boards_and_the_host() -> None:
+    messages = {message.frame_id: message for message in database(NODES).messages}
+
+    def ends(can_id: int) -> tuple[list[str], set[str]]:
+        message = messages[can_id]
+        return message.senders, {name for s in message.signals for name in s.receivers}
+
+    assert ends(0x001) == (["host"], {"board1"})
+    assert ends(0x010) == (["board1"], {"host"})
+    assert ends(0x111) == (["board1"], {"host"})
+    assert ends(0x3CA) == (["host"], {"virtual"})
+    assert ends(0x70F)[0] == ["host"]
+    assert {"board1", "board3", "strain", "mtb"} <= ends(0x70F)[1]
 
 
 def test_second_address_of_a_4dc_is_never_managed() -> None:
