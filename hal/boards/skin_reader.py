@@ -4,6 +4,8 @@ from collections.abc import Callable
 from functools import partial
 
 from hal.boards.board import Parts, Pulse, board_name
+from hal.boards.sensor import MS
+from hal.faults import REPEAT_NS
 from hal.line import Handler
 from hal.readings import SkinSample
 from hal.wire import skin
@@ -11,14 +13,13 @@ from hal.wire.can import frame_id
 from hal.wire.skin import HEAD_TAXELS, TAXELS, TRIANGLES, TriangleError
 
 NO_LOAD = 240  # what the robots set (can-protocol 7.3)
-MS = 1_000_000
 EVERY_TRIANGLE = (1 << TRIANGLES) - 1
 HEAD, TAIL = skin.HEAD.code, skin.TAIL.code
 DLC = skin.TAIL.layout.dlc
 _NOBODY = b""
 _ERROR_TEXTS: dict[int, str] = {
-    TriangleError.NO_ANSWER: "gives no answer",
-    TriangleError.NOT_CONNECTED: "is not connected",
+    TriangleError.NO_ANSWER: "no answer",
+    TriangleError.NOT_CONNECTED: "not connected",
 }
 
 
@@ -39,6 +40,8 @@ class SkinReader:
         self._taxels = bytearray([NO_LOAD] * skin.BOARD_TAXELS)
         self._errors = bytearray(TRIANGLES)
         self._out_of_range = [0] * TRIANGLES
+        self._told = bytes(TRIANGLES)
+        self._told_ns = -REPEAT_NS
         self.forget()
 
     def forget(self) -> None:
@@ -81,8 +84,7 @@ class SkinReader:
         self._pulse.heard_ns = stamp_ns
         low = tail[7]
         error = low & 0xF
-        if error != self._errors[triangle]:
-            self._on_error(triangle, error, stamp_ns)
+        self._errors[triangle] = error
         if not error:
             first = triangle * TAXELS
             middle = first + HEAD_TAXELS
@@ -93,17 +95,13 @@ class SkinReader:
         if self._heard == EVERY_TRIANGLE:
             self._publish()
 
-    def _on_error(self, triangle: int, error: int, stamp_ns: int) -> None:
-        self._errors[triangle] = error
-        if error:
-            what = _ERROR_TEXTS.get(error, f"has error {error}")
-            text = f"{self._name}: triangle {triangle} {what}"
-            self._faults.report(stamp_ns, text, text)
-
     def _publish(self) -> None:
+        errors = bytes(self._errors)
+        if errors != self._told:
+            self._tell(errors)
         sample = SkinSample(
             bytes(self._taxels),
-            bytes(self._errors),
+            errors,
             tuple(self._out_of_range),
             self._heard,
             self._pulse.heard_ns,
@@ -111,3 +109,16 @@ class SkinReader:
         )
         self._heard = 0
         self._ready(sample)
+
+    def _tell(self, errors: bytes) -> None:
+        """One report names every triangle; a loose contact is reported once a second."""
+        now_ns = self._pulse.heard_ns
+        if now_ns - self._told_ns < REPEAT_NS:
+            return
+        self._told, self._told_ns = errors, now_ns
+        texts = []
+        for error in sorted(set(errors) - {TriangleError.OK}):
+            triangles = ", ".join(str(i) for i, found in enumerate(errors) if found == error)
+            texts.append(f"{_ERROR_TEXTS.get(error, f'error {error}')}: triangle {triangles}")
+        text = "; ".join(texts) or "every triangle answers again"
+        self._faults.report(now_ns, f"{self._name}: {text}")
