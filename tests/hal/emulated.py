@@ -71,7 +71,9 @@ class Bench:
         sensor = description.sensors[0]
         self.boards = Network(
             [
-                BoardSpec(bus=b.bus, address=b.address, type=b.type, firmware=b.firmware)
+                BoardSpec(
+                    bus=b.bus, address=b.address, type=b.type, firmware=b.firmware, coupled=False
+                )
                 for b in description.boards
             ],
             [
