@@ -4,8 +4,11 @@ What goes through the HAL is checked; a frame sent beside it is not.
 """
 
 from hal.wire import analog, management, motor
+from hal.wire.can import source_of
 from hal.wire.catalogue import Direction, decode, direction_of
 from hal.wire.modes import ControlMode
+
+VIRTUAL_SENSORS = (11, 12)  # addresses that motor boards take joint torques from (can-protocol 6)
 
 _STOPS = (ControlMode.IDLE, ControlMode.FORCE_IDLE)
 _MOVES = "moves a joint, past every limit of the HAL"
@@ -38,7 +41,8 @@ def danger(can_id: int, data: bytes) -> str:
     if direction == Direction.BROADCAST:
         form = decode(can_id, data).form
         is_torque = form is not None and form.row in (analog.FORCE, analog.TORQUE)
-        return "compliant joints act on such torques" if is_torque else ""
+        is_virtual = is_torque and source_of(can_id) in VIRTUAL_SENSORS
+        return "compliant joints act on such torques" if is_virtual else ""
     if direction == Direction.REPLY or not data:
         return ""
     can_class = can_id >> 8

@@ -4,13 +4,14 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from rich.console import Console
+from rich import box
 from rich.table import Table
 
 from hal.registry import board_type
 from hal.scan import Found, Scanner, boards_at
 from hal.wire.management import BoardType
 from services.cli.can_buses import Tap, opened
+from services.cli.can_stats import wide_console
 from services.config import load_robot
 from services.core.clock import NS_PER_MS, Clock, RealClock
 from services.robot_tables import RobotFile
@@ -99,7 +100,8 @@ def _type_name(code: int | None) -> str:
 
 def table_of(rows: Sequence[Finding]) -> Table:
     """One line a board."""
-    table = Table("bus", "address", "board", "type", "firmware", "protocol", "label", "note")
+    columns = ("bus", "address", "board", "type", "firmware", "protocol", "label", "note")
+    table = Table(*columns, box=box.SIMPLE_HEAD)
     for row in rows:
         found = row.found or Found(address=row.address, classes=())
         firmware = "" if found.firmware is None else firmware_text(found.firmware)
@@ -149,7 +151,7 @@ def can_scan(
     with opened(robot_file, bus, stack=stack, clock=clock) as taps:
         found, refused = scan(taps, clock, discover=discover, force=force)
     rows = list(findings(robot_file, found))
-    Console().print(table_of(rows))
+    wide_console().print(table_of(rows))
     for text in refused:
         print(text, file=sys.stderr)
     return 1 if refused or any(row.note for row in rows) else 0

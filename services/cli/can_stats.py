@@ -1,5 +1,6 @@
 """`ulna can stats`: frames a second, bus load, losses and what could not be read."""
 
+import sys
 from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -7,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 import can
+from rich import box
 from rich.console import Console
 from rich.table import Table
 
@@ -17,6 +19,8 @@ from services.core.clock import NS_PER_S, Clock, RealClock
 
 BIT_RATE = 1_000_000  # bit/s of the iCub's buses
 FRAME_BITS = 47  # around the data bytes of an 11-bit frame, without stuffing (can-protocol 11.3)
+
+PIPE_WIDTH = 160
 
 By = Literal["bus", "board", "message", "id"]
 
@@ -84,7 +88,8 @@ def count_frames(taps: Sequence[Tap], clock: Clock, until_ns: int | None) -> lis
 
 def summary_table(counts: Sequence[BusCount], seconds: float) -> Table:
     """One line a bus."""
-    table = Table("bus", "frames", "frames/s", "load %", "lost", "unknown", "wrong length", "state")
+    columns = ("bus", "frames", "frames/s", "load %", "lost", "unknown", "wrong length", "state")
+    table = Table(*columns, box=box.SIMPLE_HEAD)
     for count in counts:
         is_off = count.tap.bus.state == can.BusState.ERROR
         table.add_row(
@@ -102,7 +107,7 @@ def summary_table(counts: Sequence[BusCount], seconds: float) -> Table:
 
 def detail_table(counts: Sequence[BusCount], seconds: float, by: By) -> Table:
     """One line a board, message or identifier of each bus, the busiest first."""
-    table = Table("bus", by, "frames", "frames/s", "load %")
+    table = Table("bus", by, "frames", "frames/s", "load %", box=box.SIMPLE_HEAD)
     for count in counts:
         busiest = sorted(count.by[by].items(), key=lambda item: -item[1].bits)
         for key, one in busiest:
@@ -142,8 +147,13 @@ def can_stats(
         begin_ns = clock.now_ns()
         counts = count_frames(taps, clock, begin_ns + round(seconds * NS_PER_S))
         taken_s = (clock.now_ns() - begin_ns) / NS_PER_S
-        report(counts, taken_s, by, Console().print)
+        report(counts, taken_s, by, wide_console().print)
     return 0
+
+
+def wide_console() -> Console:
+    """The terminal; where there is none, lines are wide enough for every name."""
+    return Console() if sys.stdout.isatty() else Console(width=PIPE_WIDTH)
 
 
 def report(

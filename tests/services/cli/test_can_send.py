@@ -102,6 +102,7 @@ def test_raw_text_that_is_no_frame_is_refused(text: str) -> None:
         "001#725000",
         "001#040355090A00090C",
         "3CA#FFBF01600080",
+        "3BB#FFBF01600080",
     ],
 )
 def test_dangerous_frame_has_a_reason(frame: str) -> None:
@@ -120,6 +121,7 @@ def test_dangerous_frame_has_a_reason(frame: str) -> None:
         "703#04",
         "730#FF0301",
         "111#38080000C60D0000",
+        "3DA#00803A7F4183",
         "001#",
         "2D0#09",
         "20D#",

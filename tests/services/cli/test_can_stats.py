@@ -68,4 +68,4 @@ def rendered(tables: list[Table], folder: Path) -> list[list[str]]:
         for table in tables:
             console.print(table)
     lines = path.read_text().splitlines()
-    return [[cell.strip() for cell in line.strip("│┃").split("│")] for line in lines]
+    return [line.split() for line in lines]
