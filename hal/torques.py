@@ -17,6 +17,7 @@ from hal.wire.modes import ControlMode, InteractionMode
 
 STALE_NS = 60_000_000
 NEVER_NS = -(1 << 62)
+LOOK_NS = 4_000_000  # for an axis that becomes force controlled while there are no torques
 REPEAT_NS = 10_000_000  # of the last torques, and of the commands that make stiff, until confirmed
 
 
@@ -73,6 +74,7 @@ class VirtualSensor:
             self._fall_back(now_ns)
         elif self.is_falling_back:
             self.is_falling_back = False
+            self._repeat_ns = 0
         if self._due:
             self._due = False
             self._send()
@@ -89,11 +91,12 @@ class VirtualSensor:
         self.line.broadcast(second)
 
     def _fall_back(self, now_ns: int) -> None:
-        if self.is_falling_back and now_ns < self._repeat_ns:
+        if now_ns < self._repeat_ns:
             return
         driven = [axis for axis in self.axes if is_force_controlled(axis)]
         if not driven:
             self.is_falling_back = False
+            self._repeat_ns = now_ns + LOOK_NS
             return
         if not self.is_falling_back:
             names = ", ".join(axis.name for axis in driven)
