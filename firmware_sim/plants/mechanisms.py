@@ -1,9 +1,11 @@
 """What turns under the drives: joints of the rigid model, joints of their own, and tendons.
 
 Every axis has one coordinate. A body axis is a joint of the URDF; a single axis turns an inertia
-that the URDF lacks (an eye, the spread of the fingers, a thumb's opposition); a tendon axis winds a
-tendon, its angle is that of the fingers it pulls. Where two such motors are coupled only the
-diagonal of their inertia counts: that is exact for a differential of equal motors, as the eyes are.
+that the URDF lacks (the eyes' tilt, version and vergence, the spread of the fingers, a thumb's
+opposition); a tendon axis winds a tendon, its angle is that of the fingers it pulls. Where two such
+motors are coupled only the diagonal of their inertia counts: exact for two equal motors with an eye
+each.
+DELIBERATE: the eyes stop where version and vergence do, not each eye at an end of its own.
 """
 
 from collections.abc import Sequence
