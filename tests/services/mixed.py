@@ -1,6 +1,7 @@
-"""A robot of which one board is not emulated by the stack: rig and HAL in virtual time.
+"""A robot of which some board is not emulated by the stack: rig and HAL, a millisecond at a time.
 
-The missing board is plugged into the same memory bus from a rig of its own, and pulled again.
+The missing board is plugged into the same bus from a rig of its own, and pulled again. In virtual
+time over memory buses, or by the wall clock over SocketCAN.
 """
 
 from collections.abc import Callable
@@ -8,12 +9,15 @@ from collections.abc import Callable
 import msgspec
 
 from firmware_sim.rig import Rig
+from hal.buses.bus import TupleBus
 from hal.buses.memory import MemoryBus, MemoryNetwork
+from hal.buses.socketcan import SocketCanBus
 from hal.readings import BoardReport
 from hal.robot import Robot
 from services.board_process import PluggedBoard
 from services.config import load_robot
-from services.core.clock import NS_PER_MS, VirtualClock
+from services.core.clock import NS_PER_MS, RealClock, VirtualClock
+from services.core.paced import PacedClock
 from services.emulation import rig_spec
 from services.plug import Place, plugged
 from services.robot_tables import RobotFile
@@ -30,21 +34,25 @@ def without(reference: str, board: str) -> RobotFile:
 class Mixed:
     """Emulated boards, HAL, and at times the one board that they lack."""
 
-    def __init__(self, robot: RobotFile) -> None:
+    def __init__(self, robot: RobotFile, *, on_vcan: bool = False) -> None:
         self.file = robot
-        self.clock = VirtualClock()
-        self.network = MemoryNetwork(self.clock)
+        host = RealClock()
+        self.clock = PacedClock(host) if on_vcan else VirtualClock()
+        network = MemoryNetwork(self.clock)
+
+        def open_bus(channel: str) -> TupleBus:
+            return SocketCanBus(channel, host) if on_vcan else MemoryBus(network, channel)
+
+        self.open_bus = open_bus
         self.rig = Rig(rig_spec(robot, seed=0))
         self.board_buses, self.hal_buses = self._buses(), self._buses()
         self.hal = Robot(robot_description(robot), self.hal_buses)
         self.plugged: PluggedBoard | None = None
         self.said: list[str] = []
-        self._plug_bus: MemoryBus | None = None
+        self._plug_bus: TupleBus | None = None
 
-    def _buses(self) -> dict[int, MemoryBus]:
-        return {
-            bus.number: MemoryBus(self.network, bus.channel) for bus in self.file.buses.values()
-        }
+    def _buses(self) -> dict[int, TupleBus]:
+        return {bus.number: self.open_bus(bus.channel) for bus in self.file.buses.values()}
 
     @property
     def now_ns(self) -> int:
@@ -52,14 +60,18 @@ class Mixed:
 
     def tick(self, milliseconds: int = 1) -> None:
         for _ in range(milliseconds):
-            self.clock.advance_ns(NS_PER_MS)
-            if self.plugged is not None:
-                self.said += self.plugged.step()
-            received = {number: bus.receive_frames() for number, bus in self.board_buses.items()}
-            for number, frames in self.rig.step(received).items():
-                if frames:
-                    self.board_buses[number].send_frames(frames)
+            self.tick_boards()
             self.hal.step(self.now_ns)
+
+    def tick_boards(self) -> None:
+        """A millisecond without the HAL."""
+        self.clock.advance_ns(NS_PER_MS)
+        if self.plugged is not None:
+            self.said += self.plugged.step()
+        received = {number: bus.receive_frames() for number, bus in self.board_buses.items()}
+        for number, frames in self.rig.step(received).items():
+            if frames:
+                self.board_buses[number].send_frames(frames)
 
     def until(self, done: Callable[[], bool], limit_ms: int) -> int:
         """Milliseconds until something holds."""
@@ -76,7 +88,7 @@ class Mixed:
 
     def plug(self, bus: str, address: int, firmware: str = "") -> None:
         chosen = plugged(self.file, Place(bus=bus, address=address, firmware=firmware))
-        self._plug_bus = MemoryBus(self.network, chosen.bus.channel)
+        self._plug_bus = self.open_bus(chosen.bus.channel)
         self.plugged = PluggedBoard(chosen, self._plug_bus)
 
     def pull(self) -> None:

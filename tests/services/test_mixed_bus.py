@@ -5,7 +5,6 @@ from collections.abc import Iterator
 
 import pytest
 
-from hal.buses.memory import MemoryBus
 from hal.wire.motor_periodic import POSITION
 from services.config import load_robot
 from tests.services.mixed import Mixed, without
@@ -82,7 +81,7 @@ def test_streams_of_the_other_boards_go_on_while_one_is_pulled_and_plugged(
     plugged_arm: Mixed,
 ) -> None:
     arm = plugged_arm
-    ear = MemoryBus(arm.network, "vcan2")
+    ear = arm.open_bus("vcan2")
     elbow, strain = POSITION.frame(2, 0, 0)[0], 0x3DB  # second frame of STRAIN 13
     heard = {elbow: 0, strain: 0}
 
