@@ -1,11 +1,14 @@
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from services.cli.can_dump import Dump, dump
 from services.cli.can_names import BusNames, Selection, check_selection
 from services.core.errors import ConfigError
 from tests.services.cli.can_bench import ROBOT, MakeWires, frame_of_text
 
-ARM = BusNames(ROBOT, "right_arm")
+NAMES = {bus: BusNames(ROBOT, bus) for bus in ROBOT.buses}
+ARM = NAMES["right_arm"]
 
 
 def text_of(frame: str, names: BusNames = ARM) -> str:
@@ -163,3 +166,14 @@ def test_dump_ends_after_so_many_lines(make_wires: MakeWires) -> None:
     wires.sends("right_arm", *["123#0000000100000000"] * 5)
     dump(wires.taps, wires.clock, Dump(Selection(), lines.append), count=3)
     assert len(lines) == 3
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.integers(0, 0x7FF), st.binary(max_size=8), st.sampled_from(sorted(ROBOT.buses)))
+def test_no_frame_is_too_odd_to_be_shown(can_id: int, data: bytes, bus: str) -> None:
+    named = NAMES[bus].name(can_id, data)
+    assert NAMES[bus].text(named)
+    assert named.board
+    assert named.decoded.cause in ("", "unknown", "length")
+    assert (named.decoded.form is None) == (named.decoded.cause == "unknown")
+    assert not (named.decoded.cause and named.decoded.values)
