@@ -44,15 +44,11 @@ class Network:
         self.bank = AxisBank(sum(len(b.axes) for b in motor_boards), len(motor_boards))
         for board in motor_boards:
             board.join(self.bank)
+            board.on_new_address = self._wire
         self._listening = [board.listen for board in motor_boards]
-        self._routes = {bus: _routes(boards) for bus, boards in self._buses.items()}
-        self._speaking = [
-            (bus, board, _speech(board), _routes(other for other in boards if other is not board))
-            for bus, boards in self._buses.items()
-            for board in boards
-        ]
         self._between: list[tuple[Receiver, int, bytes]] = []
         self._gates: dict[Board, Gate] = {}  # of boards whose frames a switch spoils
+        self._wire()
 
     def gate(self, board: Board) -> Gate:
         """What lies between a board and its bus, put there now; gone once it changes nothing."""
@@ -140,6 +136,34 @@ class Network:
         """Every board of a bus."""
         return tuple(self._buses.get(bus, ()))
 
+    def _wire(self) -> None:
+        """Find out who takes what: at the start, and when a board was given another address."""
+        self._routes = {bus: self._routes_to(boards) for bus, boards in self._buses.items()}
+        self._speaking = [
+            (
+                bus,
+                board,
+                _speech(board),
+                self._routes_to(other for other in boards if other is not board),
+            )
+            for bus, boards in self._buses.items()
+            for board in boards
+        ]
+
+    def _routes_to(self, boards: Iterable[Board]) -> Routes:
+        """Who takes a frame, by identifier; identifiers that nobody takes are left out."""
+        kept = list(boards)
+        routes: Routes = {}
+        for can_id in range(MAX_ID + 1):
+            receivers = tuple(self._receiver(b) for b in kept if b.accepts(can_id))
+            if receivers:
+                routes[can_id] = receivers
+        return routes
+
+    def _receiver(self, board: Board) -> Receiver:
+        gate = self._gates.get(board)
+        return board.on_frame if gate is None else gate.on_frame
+
     def _every_board(self) -> list[Board]:
         return [board for boards in self._buses.values() for board in boards]
 
@@ -169,14 +193,3 @@ class Network:
 def _speech(board: Board) -> Callable[[], list[Frame]]:
     """A motor board runs with all others, and speaks afterwards."""
     return board.speak if isinstance(board, MotorBoard) else board.tick
-
-
-def _routes(boards: Iterable[Board]) -> Routes:
-    """Who takes a frame, by identifier; identifiers that nobody takes are left out."""
-    kept = list(boards)
-    routes: Routes = {}
-    for can_id in range(MAX_ID + 1):
-        receivers = tuple(board.on_frame for board in kept if board.accepts(can_id))
-        if receivers:
-            routes[can_id] = receivers
-    return routes

@@ -3,24 +3,19 @@
 `listen` comes before the bank's `control`, `speak` between that and `supervise`.
 """
 
+from collections.abc import Callable
+
 from firmware_sim.boards import parser
 from firmware_sim.boards.axis import AxisPort
 from firmware_sim.boards.axis_state import Axis
 from firmware_sim.boards.bank import AxisBank
 from firmware_sim.boards.board import RECEIVE_FIFO_FRAMES
-from firmware_sim.boards.broadcasts import (
-    HEARTBEAT_MS,
-    POSITION_SLOT,
-    STATUS_SLOT,
-    USED_SLOTS,
-    broadcast,
-    print_piece,
-)
 from firmware_sim.boards.control import LAWS, undefined
-from firmware_sim.boards.fields import MS, RUNNING, STATUS_KEY
+from firmware_sim.boards.fields import MS, RUNNING
 from firmware_sim.boards.hardware import Coupling, Firmware, Hardware
 from firmware_sim.boards.modes import COMPILED
 from firmware_sim.boards.node import BUILD, Node, Pair
+from firmware_sim.boards.schedule import Schedule
 from firmware_sim.boards.transmit import TransmitBuffer
 from firmware_sim.boards.unit import Unit
 from hal.wire.can import (
@@ -46,6 +41,10 @@ _RX_OVERRUN = int(CanStatus.RX_OVERRUN)
 _TX_OVERRUN = int(CanStatus.TX_OVERRUN)
 
 
+def _nobody_listens() -> None:
+    """Of a board that is on no network."""
+
+
 class MotorBoard:
     """BLL or 4DC, as its `Hardware` and `Firmware` say. Two axes for each address."""
 
@@ -55,6 +54,7 @@ class MotorBoard:
         self.powered = True
         self.loop_overrun = False  # input: this millisecond took longer than it may, reported once
         self.raw_adc: list[int] = []
+        self.on_new_address: Callable[[], None] = _nobody_listens
         self._hardware = hardware
         self._firmware = firmware
         self._node = Node(address, firmware.version)
@@ -72,7 +72,7 @@ class MotorBoard:
         self._transmit = TransmitBuffer(is_faithful=firmware.faithful)
         self._received: list[Frame] = []
         self._replies: list[Frame] = []
-        self._quiet: list[tuple[int, int] | None] = []  # state that a STATUS said or left unsaid
+        self._schedule = Schedule(self._addressed, hardware.slots, firmware, self._node)
         self.join(AxisBank(len(self.axes)))
 
     def join(self, bank: AxisBank) -> None:
@@ -123,7 +123,7 @@ class MotorBoard:
         self._received.clear()
         self._replies = []
         self._transmit.clear()
-        self._quiet = [None] * len(self._pairs)
+        self._schedule.boot()
         self._node.boot()
         for pair in self._pairs:
             pair.boot()
@@ -159,8 +159,7 @@ class MotorBoard:
             made.clear()
             self._transmit.clear()
         else:
-            if self._pairs[0].mask:  # mask 0 silences the second address too
-                self._broadcast(self._node.ms, made)
+            self._schedule.broadcast(self._node.ms, made)
             if made:
                 self._replies = []
             made = self._transmit.step(made)
@@ -211,6 +210,7 @@ class MotorBoard:
         if self._pairs[0].address != self.addresses[0]:  # SET_BOARD_ID
             self.addresses = tuple(pair.address for pair in self._pairs)
             self._transmit.clear()
+            self.on_new_address()
 
     def _couple(self) -> None:
         self._coupling = self._unit.coupling
@@ -276,28 +276,3 @@ class MotorBoard:
                 if axis.enabled:
                     axis.idle()
         sent += parser.manage(self._node, can_id, data, self._hardware.board_type, BUILD)
-
-    def _broadcast(self, now_ms: int, sent: list[Frame]) -> None:
-        slot = now_ms % self._hardware.slots
-        if slot == STATUS_SLOT:
-            self._broadcast_status(now_ms, sent)
-        elif slot < USED_SLOTS and not (slot == POSITION_SLOT and self._hides_position()):
-            for pair, axes in self._addressed:
-                if pair.mask:
-                    broadcast(pair, axes, slot, now_ms, sent)
-        if self._node.printer.waiting:
-            print_piece(self._node, self._pairs[0].mask, sent)
-
-    def _broadcast_status(self, now_ms: int, sent: list[Frame]) -> None:
-        """STATUS of each address, left out while all it could say is what led to none before."""
-        for number, (pair, axes) in enumerate(self._addressed):
-            keys = axes[0].words[STATUS_KEY], axes[1].words[STATUS_KEY]
-            new = keys != self._quiet[number] or pair.can_status or pair.board_status
-            if pair.mask and (new or now_ms - pair.heartbeat_ms >= HEARTBEAT_MS):
-                before = len(sent)
-                broadcast(pair, axes, STATUS_SLOT, now_ms, sent)
-                self._quiet[number] = keys if len(sent) == before else None
-
-    def _hides_position(self) -> bool:
-        needs_encoders = self._firmware.position_needs_encoders
-        return needs_encoders and any(port.encoder_fault for port in self.ports)
