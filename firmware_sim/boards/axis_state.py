@@ -11,12 +11,14 @@ from firmware_sim.boards.fields import (
     CURRENT_LIMIT_MA,
     DAMPS_SPEED,
     DESIRED_TORQUE,
+    DROPS_INTEGRAL,
     DUTY,
     DUTY_LIMIT,
     DUTY_STEP,
     ENABLED,
     ENCODER_MASK,
     ENCODER_OFFSET,
+    EXTRA_DAMPING,
     FAULT_ENTRIES,
     FAULTS_ONCE,
     FORCE_CONTROLLED,
@@ -121,6 +123,7 @@ class Axis(View):
     stiction_up = Word(STICTION_UP)
     stiction_down = Word(STICTION_DOWN)
     desired_torque = Word(DESIRED_TORQUE)
+    extra_damping = Word(EXTRA_DAMPING)  # PWM for the speed, shifted as the torque loop
     openloop_pwm = Word(OPENLOOP_PWM)
     pwm_wanted = Word(PWM_WANTED)  # before the coupling of motors
     pwm = Word(PWM)  # after every limit
@@ -171,6 +174,7 @@ class Axis(View):
         words[SCALES_SPEED] = hardware.scales_speed
         words[DAMPS_SPEED] = hardware.damps_speed
         words[PULSES_STICTION] = hardware.pulses_stiction
+        words[DROPS_INTEGRAL] = hardware.drops_integral
         words[I2T_SHIFT] = hardware.i2t_shift
         words[I2T_TRIP] = hardware.i2t_trip
         words[TRIP_MA] = _NEVER_TRIPS_MA if hardware.trip_ma is None else hardware.trip_ma
@@ -199,7 +203,7 @@ class Axis(View):
         self.current_limit_ma = self.hardware.max_current_limit_ma
         self.speed_shift = 5
         self.debug: dict[int, int] = {}
-        self.desired_torque = self.openloop_pwm = 0
+        self.desired_torque = self.openloop_pwm = self.extra_damping = 0
         self.creep = self.creep_ms = self.creep_position = self.creep_pwm = 0
         self.set_torque_source(self.wiring.torque_source)
         counts = self.wiring.encoder is Encoder.INCREMENTAL and not self.wiring.hall

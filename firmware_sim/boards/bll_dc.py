@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from firmware_sim.boards import bll_ie
 from firmware_sim.boards.brushless import NECK_VERSIONS, brushless_firmware
+from firmware_sim.boards.hardware import strict
 from firmware_sim.boards.motor_board import MotorBoard
 from firmware_sim.description import BoardSpec
 
@@ -16,4 +17,5 @@ class BllDc(MotorBoard):
 
     def __init__(self, spec: BoardSpec) -> None:
         firmware = brushless_firmware(spec, "2BLLDC", NECK_VERSIONS)
-        super().__init__(spec.address, HARDWARE, firmware)
+        hardware = HARDWARE if spec.faithful else strict(HARDWARE)
+        super().__init__(spec.address, hardware, firmware)

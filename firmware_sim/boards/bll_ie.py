@@ -1,7 +1,7 @@
 """BLL_IE: two brushless axes behind one address (shoulder, elbow, torso, legs)."""
 
 from firmware_sim.boards.brushless import BODY_VERSIONS, brushless_firmware
-from firmware_sim.boards.hardware import Hardware
+from firmware_sim.boards.hardware import Hardware, strict
 from firmware_sim.boards.motor_board import MotorBoard
 from firmware_sim.description import BoardSpec
 from hal.wire.management import BoardType
@@ -31,4 +31,5 @@ class BllIe(MotorBoard):
 
     def __init__(self, spec: BoardSpec) -> None:
         firmware = brushless_firmware(spec, "BLL_IE", BODY_VERSIONS)
-        super().__init__(spec.address, HARDWARE, firmware)
+        hardware = HARDWARE if spec.faithful else strict(HARDWARE)
+        super().__init__(spec.address, hardware, firmware)

@@ -10,6 +10,7 @@ from hal.wire import motor
 _WITH_TRAJECTORY = WITH_MOVES | WITH_VELOCITY
 _MAX_VELOCITY_SHIFT = 16
 _ADDRESSES = range(1, 15)
+_DAMPING = 7  # debug parameter
 _MAX_PRESET_TICKS = 0x3FFF_FFFF  # leaves room to count in 32 bits
 
 
@@ -129,6 +130,10 @@ def _set_torque_source(axis: Axis, values: Values) -> None:
 
 def _set_debug(axis: Axis, values: Values) -> None:
     index, value = values
+    if index == _DAMPING:
+        # DELIBERATE: the sheet calls this more damping in torque mode and gives no formula; here it
+        # multiplies the speed estimate and is shifted as the torque loop is.
+        axis.extra_damping = value
     if not axis.node.unit.set_decoupling(index, value):
         axis.debug[index] = value
 

@@ -1,10 +1,8 @@
 """4DC: four brushed axes behind two consecutive addresses (head, forearm, hand)."""
 
-from dataclasses import replace
-
 from firmware_sim.boards import couplings
 from firmware_sim.boards.brushless import unknown_firmware
-from firmware_sim.boards.hardware import AxisWiring, Coupling, Encoder, Firmware, Hardware
+from firmware_sim.boards.hardware import AxisWiring, Coupling, Encoder, Firmware, Hardware, strict
 from firmware_sim.boards.motor_board import MotorBoard
 from firmware_sim.description import BoardSpec
 from hal.wire.management import BoardType
@@ -103,7 +101,7 @@ class Dc4(MotorBoard):
     """One 4DC with a head, forearm or hand firmware."""
 
     def __init__(self, spec: BoardSpec) -> None:
-        hardware = HARDWARE if spec.faithful else replace(HARDWARE, scales_speed=True)
+        hardware = HARDWARE if spec.faithful else strict(HARDWARE)
         super().__init__(spec.address, hardware, _firmware(spec))
 
 

@@ -28,7 +28,7 @@ MEAN_WORDS = MEAN_VALUES + MEAN_SAMPLES
 ) = range(11)
 PID_WORDS = DERIVATIVE + MEAN_WORDS
 
-_NAMES = 86
+_NAMES = 88
 (
     # Wires: what the rig sets and reads.
     RAW_ENCODER,
@@ -47,6 +47,7 @@ _NAMES = 86
     SCALES_SPEED,
     DAMPS_SPEED,
     PULSES_STICTION,
+    DROPS_INTEGRAL,  # the integral falls to its limit, unshifted, when it reaches it
     I2T_SHIFT,
     I2T_TRIP,
     TRIP_MA,
@@ -114,6 +115,7 @@ _NAMES = 86
     DESIRED_TORQUE,
     TORQUE_SOURCE,  # row of the virtual sensor in the bank, -1 = none
     TORQUE_CHANNEL,
+    EXTRA_DAMPING,  # debug parameter 7
     FILTER,
     LOW_PASS,  # in 1/65536 counts
     KFF,

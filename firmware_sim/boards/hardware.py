@@ -1,6 +1,6 @@
 """What distinguishes one type of motor board from another, and one firmware from another."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from hal.wire.modes import CalibrationType
@@ -34,6 +34,12 @@ class Hardware:
     pulses_stiction: bool  # the position loop has a stiction term
     presets_encoder: bool  # knows SET_ENCODER_POSITION
     damps_speed: bool = False  # the position loop's D term acts on the speed, not on the error
+    drops_integral: bool = True  # to its limit, unshifted, when it reaches it
+
+
+def strict(hardware: Hardware) -> Hardware:
+    """The same without the quirks that the sheet calls switches of fidelity (can-protocol 15)."""
+    return replace(hardware, drops_integral=False, scales_speed=True)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

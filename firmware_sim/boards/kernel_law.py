@@ -14,7 +14,9 @@ from firmware_sim.boards.fields import (
     DAMPING,
     DERIVATIVE,
     DEVIATION,
+    DROPS_INTEGRAL,
     ERROR,
+    EXTRA_DAMPING,
     FILTER,
     IMPEDANCE_OFFSET,
     INTEGRAL,
@@ -33,6 +35,7 @@ from firmware_sim.boards.fields import (
     OUTPUT_LIMIT,
     SAMPLES,
     SHIFT,
+    SPEED,
     SPEED_SHIFT,
     STIFFNESS,
     TORQUE_PID,
@@ -96,7 +99,7 @@ def step_pid(row: Row, pid: int, error: int, change: int) -> int:
         # The boards write the limit, unshifted, into the accumulator: it drops by 2^shift and
         # charges again.
         term = clamp(term, limit)
-        total = term
+        total = term if row[DROPS_INTEGRAL] != 0 else term << shift
     row[pid + INTEGRAL] = total
     return output + term
 
@@ -131,7 +134,10 @@ def torque_pwm(row: Row, desired: int, measured: int) -> int:
     desired = saturate_i16(desired)  # the boards multiply 16-bit words
     error = saturate_i16(desired - measured)
     pwm = step_pid(row, TORQUE_PID, error, error - row[TORQUE_PID + ERROR])
-    pwm += shift_right(row[KFF] * desired, row[TORQUE_PID + SHIFT])
+    shift: int = row[TORQUE_PID + SHIFT]
+    pwm += shift_right(row[KFF] * desired, shift) - shift_right(
+        row[EXTRA_DAMPING] * row[SPEED], shift
+    )
     if row[FILTER] == FILTER_3_HZ:
         return low_pass(row, pwm)
     return pwm
