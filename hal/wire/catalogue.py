@@ -109,6 +109,7 @@ def _skin(can_class: int) -> Iterator[Form]:
 
 
 FORMS: tuple[Form, ...] = (
+    *_polled(0, motor.LONGER_FORMS),
     *_polled(0, motor.COMMANDS.values()),
     *_polled(0, motor_foc.COMMANDS.values(), family="foc"),
     *_broadcast(1, motor_periodic.MESSAGES.values()),
@@ -180,17 +181,19 @@ def _sensor_answer(data: bytes) -> Decoded | None:
 
 
 def _chosen(forms: Iterable[Form], data: bytes, axis: int | None) -> Decoded:
-    first = None
+    """The form whose length it is, else one that takes any length, else none of them."""
+    first = lenient = None
     for form in forms:
         values = form.layout.parse(data)
         if values is not None:
             return Decoded(form, values, axis, "")
         first = first or form
+        if form.direction == Direction.REQUEST and isinstance(form.row, PolledMessage):
+            lenient = lenient or (form if form.row.lenient else None)
     if first is None:
         return Decoded(None, (), axis, "unknown")
-    row = first.row
-    if first.direction == Direction.REQUEST and isinstance(row, PolledMessage) and row.lenient:
-        return Decoded(first, first.layout.parse_lenient(data), axis, "")
+    if lenient is not None:
+        return Decoded(lenient, lenient.layout.parse_lenient(data), axis, "")
     return Decoded(first, (), axis, "length")
 
 

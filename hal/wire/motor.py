@@ -194,3 +194,12 @@ GET_INTERACTION_MODE = _row(
     117, "GET_INTERACTION_MODE", (), (u8("interaction", choices=InteractionMode), pad(1))
 )
 SET_TCFILTER_TYPE, GET_TCFILTER_TYPE = _pair(118, 120, "TCFILTER_TYPE", u8("filter"))
+
+LONGER_FORMS = (
+    AxisCommand(
+        SET_DEBUG_PARAM.code,
+        SET_DEBUG_PARAM.name,
+        (u8("index"), i16("value"), i16("value1"), i16("value2")),
+    ),
+)
+"""Second forms of a code: of debug parameter 20, the head's micro-saccades, there are three."""

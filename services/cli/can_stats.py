@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from hal.wire.can import Received
-from services.cli.can_buses import Tap, arrivals, opened
+from services.cli.can_buses import PlainBus, Tap, arrivals, opened
 from services.config import load_robot
 from services.core.clock import NS_PER_S, Clock, RealClock
 
@@ -87,8 +87,18 @@ def count_frames(taps: Sequence[Tap], clock: Clock, until_ns: int | None) -> lis
 
 
 def summary_table(counts: Sequence[BusCount], seconds: float) -> Table:
-    """One line a bus."""
-    columns = ("bus", "frames", "frames/s", "load %", "lost", "unknown", "wrong length", "state")
+    """One line a bus; "other" are error frames and those with 29-bit identifiers."""
+    columns = (
+        "bus",
+        "frames",
+        "frames/s",
+        "load %",
+        "lost",
+        "unknown",
+        "wrong length",
+        "other",
+        "state",
+    )
     table = Table(*columns, box=box.SIMPLE_HEAD)
     for count in counts:
         is_off = count.tap.bus.state == can.BusState.ERROR
@@ -100,6 +110,7 @@ def summary_table(counts: Sequence[BusCount], seconds: float) -> Table:
             str(count.lost),
             str(count.causes["unknown"]),
             str(count.causes["length"]),
+            str(count.tap.bus.foreign if isinstance(count.tap.bus, PlainBus) else 0),
             "off" if is_off else "on",
         )
     return table

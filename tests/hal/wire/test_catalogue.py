@@ -77,6 +77,13 @@ def test_length_tells_the_current_limits_apart() -> None:
     assert (foc.form.name, foc.values) == ("SET_CURRENT_LIMITS", (2000, 5000, 7000))
 
 
+def test_micro_saccade_parameters_are_three_words() -> None:
+    # can-protocol 2.2: index 20 has i16 at [2], [4] and [6]
+    assert decode(0x002, bytes.fromhex("121401000200FDFF")).values == (20, 1, 2, -3)
+    assert decode(0x002, bytes.fromhex("120A18FC")).values == (10, -1000)
+    assert decode(0x002, bytes.fromhex("120A18FC00")).values == (10, -1000)
+
+
 def test_cause_tells_unknown_codes_from_wrong_lengths() -> None:
     assert decode(0x001, b"\x7f").cause == "unknown"
     assert decode(0x001, b"").cause == "unknown"

@@ -198,7 +198,7 @@ EVERY_FORM = [form for form in FORMS if form not in (ACKNOWLEDGE, UNKNOWN_COMMAN
 
 
 @pytest.mark.parametrize("form", EVERY_FORM, ids=lambda form: f"{form.name}-{form.direction.name}")
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(data=st.data(), axis=st.integers(0, 1))
 def test_cantools_reads_every_form_as_we_do(form: Form, data: st.DataObject, axis: int) -> None:
     layout = form.layout

@@ -55,8 +55,8 @@ def test_tables_show_rate_load_and_a_bus_that_is_off(make_wires: MakeWires, tmp_
 
     text = rendered(tables, tmp_path)
 
-    assert ["right_arm", "51", "102", "1.1", "0", "0", "0", "on"] in text
-    assert ["left_arm", "0", "0", "0.0", "0", "0", "0", "off"] in text
+    assert ["right_arm", "51", "102", "1.1", "0", "0", "0", "0", "on"] in text
+    assert ["left_arm", "0", "0", "0.0", "0", "0", "0", "0", "off"] in text
     assert ["right_arm", "r_shoulder", "50", "100.0", "1.11"] in text
     assert ["right_arm", "r_arm_strain", "1", "2.0", "0.02"] in text
 
