@@ -16,7 +16,7 @@ from hal.startup import first_frames, silence
 from hal.tasks import Sequence
 from hal.wire.motor_periodic import AxisFault
 
-CHECK_NS = 10_000_000
+CHECK_NS = 5_000_000
 HUSH_NS = 50_000_000  # a board that still sends anything else talks more often than this
 PROBE_NS = 1_000_000_000
 FIRST_PROBE_NS = 100_000_000
@@ -27,6 +27,7 @@ class Liveness:
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
+        self._pulses = [(board, pulse) for board in machine.boards for pulse in board.pulses]
         self._next_ns = 0
         self._lost = dict.fromkeys(machine.lines, 0)
         self._heard = dict.fromkeys(machine.lines, 0)
@@ -51,8 +52,8 @@ class Liveness:
             return
         self._next_ns = now_ns + CHECK_NS
         if boards_talk:
-            for board in self._machine.boards:
-                for pulse in board.pulses:
+            for board, pulse in self._pulses:
+                if pulse.silent or now_ns - pulse.heard_ns > pulse.limit_ns:
                     self._check_pulse(board, pulse, now_ns)
         for line in self._machine.lines.values():
             self._check_line(line, now_ns, boards_talk)

@@ -11,7 +11,7 @@ from hal.line import Line, Trace
 from hal.tasks import Sequence
 from hal.wire.can import Frame
 
-SILENCE_NS = 90_000_000  # looked for each 10 ms, so reported within 100 ms
+SILENCE_NS = 90_000_000  # looked for each 5 ms, so reported within 100 ms
 ANSWER_NS = 100_000_000  # the boards answer in the next millisecond
 TRIES = 5
 NO_ANSWER = "does not answer the handshake"
