@@ -6,7 +6,7 @@ from firmware_sim.boards.view import Row
 
 
 def row_of_words(samples: int = 10) -> Row:
-    """The row of one axis, zero but for the length of its means, its speed shift and its integral."""
+    """The row of one axis, zero but for what a boot makes of means, speed shift and integral."""
     row: Row = AxisBank(1).rows[0]
     row[SAMPLES] = samples
     row[SPEED_SHIFT] = 5
