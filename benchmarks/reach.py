@@ -131,6 +131,12 @@ def bars(name: str, reports: list[Report], position_bar_m: float) -> list[Row]:
             at_most(f"{name}: {key}", sum(_values(reports, key)), "", 0)
             for key in ("limit_violations", "board_faults", "frames_lost")
         ),
+        at_most(
+            f"{name}: joints never held to their limits",
+            max(len(_names(report, "joints_not_held_to_limits")) for report in reports),
+            "",
+            0,
+        ),
         at_least(f"{name}: realtime_factor, median", median(speeds), "x", SPEED_BAR),
         at_most(
             f"{name}: inner loop (boards, plant, sensor, memory bus), median",
@@ -270,6 +276,12 @@ def rest_speed_deg_s(outcome: Outcome) -> float:
     first = int(np.searchsorted(trace.time_s, since))
     arm = [i for i, joint in enumerate(outcome.recording.joints) if not joint.startswith("torso")]
     return float(np.degrees(np.abs(np.array(trace.dq_rad_s[first:])[:, arm]).max()))
+
+
+def _names(report: Report, key: str) -> list[object]:
+    value = report[key]
+    assert isinstance(value, list)
+    return value
 
 
 def _values(reports: list[Report], key: str) -> list[float]:

@@ -1,4 +1,4 @@
-"""Emulated boards, plant and HAL on memory buses, without the services: for benchmarks and tests."""
+"""Emulated boards, plant and HAL on memory buses, without services: for benchmarks and tests."""
 
 from collections.abc import Callable
 

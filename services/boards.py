@@ -97,6 +97,7 @@ class Boards(Service):
             ticks=self._ticks,
             frames=self._frames,
             frames_lost=sum(bus.frames_lost for bus in self._buses.values()),
+            limits_waiting=rig.limits_waiting,
         )
 
 

@@ -87,9 +87,10 @@ class Dynamics(Service):
     ) -> None:
         q_rad, dq_rad_s = joints
         reading = wrench.force_n + wrench.torque_nm
-        if wrench.saturated:  # the sensor repeats its last good sample: that is no reading
+        if wrench.saturated or wrench.frozen:  # the sensor repeats a sample: that is no reading
             self._refused += 1
-            self._reason = "the force/torque sensor is saturated"
+            state = "saturated" if wrench.saturated else "frozen"
+            self._reason = f"the force/torque sensor is {state}"
             return
         if self._samples is not None:
             self._calibrate(q_rad, dq_rad_s, reading)

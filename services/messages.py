@@ -41,6 +41,7 @@ class Wrench(Message, frozen=True, kw_only=True):
     arrival_ns: int  # when the second frame of the newest sample reached the robot process
     saturated: bool = False
     samples: int = 1  # averaged
+    frozen: bool = False  # the sensor repeats one reading
 
 
 class Hall(Message, frozen=True, kw_only=True):
@@ -236,6 +237,7 @@ class PlantTruth(Message, frozen=True, kw_only=True):
     ticks: int = 0  # milliseconds simulated so far
     frames: int = 0
     frames_lost: int = 0
+    limits_waiting: tuple[str, ...] = ()  # joints that are not yet held to their limits
 
 
 class ServiceStats(Message, frozen=True, kw_only=True):

@@ -129,14 +129,12 @@ def _draw_torques(axes: Axes, recording: Recording) -> None:
     trace = recording.trace
     full = len(recording.joints)
     estimated = [row if len(row) == full else (np.nan,) * full for row in trace.estimated_nm]
-    if estimated and recording.truth is not None:
+    if estimated:
         values, motor = np.array(estimated), np.array(trace.motor_nm)
-        names = recording.truth.joints
         for i, name in enumerate(SHOWN_TORQUES):
-            axes.plot(
-                trace.time_s, values[:, recording.joints.index(name)], color=f"C{i}", label=name
-            )
-            axes.plot(trace.time_s, motor[:, names.index(name)], color=f"C{i}", lw=0.6, ls=":")
+            column = recording.joints.index(name)
+            axes.plot(trace.time_s, values[:, column], color=f"C{i}", label=name)
+            axes.plot(trace.time_s, motor[:, column], color=f"C{i}", lw=0.6, ls=":")
     axes.set_ylabel("joint torque [Nm]\n(dotted: plant's motor)")
     if axes.lines:
         axes.legend(loc="upper right", fontsize="small", ncols=2)

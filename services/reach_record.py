@@ -17,6 +17,7 @@ from services.messages import (
     NAN3,
     CartesianStatus,
     DynamicsStatus,
+    Floats,
     PlantTruth,
     RobotStatus,
     Vector3,
@@ -89,6 +90,7 @@ class Recording:
         self._target: Vector = np.zeros(3)
         self._judged: tuple[float, float] | None = None
         self._min_clearance_m = math.inf
+        self._at: tuple[int, ...] = ()  # where the chain's joints stand among all of the robot
 
     def begin(self, now_ns: int, scene: Scene, goal_rotation: Vector) -> None:
         """The goal has been given: from now on samples are kept."""
@@ -123,9 +125,9 @@ class Recording:
         trace.orientation_error_rad.append(rotation.angle_between(turned, self._goal_rotation))
         trace.external_force_n.append(plan.external_force_n if plan else math.nan)
         trace.gated.append(bool(plan and plan.gated))
-        trace.motor_nm.append(sample.truth.tau_nm)
-        trace.q_rad.append(sample.truth.q_rad)
-        trace.dq_rad_s.append(sample.truth.dq_rad_s)
+        trace.motor_nm.append(self._of_chain(sample.truth, sample.truth.tau_nm))
+        trace.q_rad.append(self._of_chain(sample.truth, sample.truth.q_rad))
+        trace.dq_rad_s.append(self._of_chain(sample.truth, sample.truth.dq_rad_s))
         trace.estimated_nm.append(sample.dynamics.tau_nm if sample.dynamics else ())
         self._add_clearance(sample)
 
@@ -167,6 +169,7 @@ class Recording:
             "reached": reached,
             "time_to_target_s": self._time_to_target_s(),
             "limit_violations": truth.limit_violations if truth else 0,
+            "joints_not_held_to_limits": list(truth.limits_waiting) if truth else [],
             "board_faults": max(
                 truth.board_faults if truth else 0, status.fault_count if status else 0
             ),
@@ -199,8 +202,16 @@ class Recording:
             self._min_clearance_m = min(self._min_clearance_m, clearance)
         tip = np.array(sample.truth.tip_position_m)
         self.trace.clearance_m.append(float(np.linalg.norm(tip - centre)) - radius)
-        origins = self._model.joint_positions(np.array(sample.truth.q_rad))
+        origins = self._model.joint_positions(np.array(self.trace.q_rad[-1]))
         self.trace.arm_clearance_m.append(arm_clearance(self.joints, origins, tip, centre, radius))
+
+    def _of_chain(self, truth: PlantTruth, values: Floats) -> Floats:
+        """Those of the reaching chain, out of the values of every joint of the robot."""
+        if truth.joints == self.joints:
+            return values
+        if not self._at:
+            self._at = tuple(map(truth.joints.index, self.joints))
+        return tuple([values[i] for i in self._at])
 
     def _ball_centre(self) -> list[float] | None:
         if self.scene is None or self.scene.ball_centre_m is None:

@@ -239,6 +239,7 @@ def averaged(now_ns: int, samples: list[ForceTorqueSample]) -> Wrench:
         arrival_ns=newest.arrival_ns,
         saturated=any(sample.saturated for sample in samples),
         samples=len(samples),
+        frozen=any(sample.frozen for sample in samples),
     )
 
 

@@ -136,6 +136,7 @@ def table(report: Report) -> Table:
         ("smallest clearance of the whole arm", "min_arm_clearance_mm", "mm"),
         ("time to target", "time_to_target_s", "s"),
         ("ticks outside a joint limit", "limit_violations", ""),
+        ("joints not yet held to them", "joints_not_held_to_limits", ""),
         ("board faults", "board_faults", ""),
         ("CAN frames", "frames_total", ""),
         ("CAN frames lost", "frames_lost", ""),
@@ -157,6 +158,8 @@ def table(report: Report) -> Table:
 def _cell(value: object, unit: str) -> str:
     if value is None:
         return "-"
+    if isinstance(value, list):
+        value = ", ".join(map(str, value)) or "none"
     text = f"{value:.2f}" if isinstance(value, float) else str(value)
     return f"{text} {unit}".rstrip()
 

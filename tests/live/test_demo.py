@@ -35,6 +35,7 @@ def demo(folder: Path, *options: str) -> None:
     assert report["frames_lost"] == 0
     assert report["board_faults"] == 0
     assert report["limit_violations"] == 0
+    assert report["joints_not_held_to_limits"] == []
     assert done.returncode == 0
     assert (folder / "reach.png").stat().st_size > 10_000
     assert running() == ()

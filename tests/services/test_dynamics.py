@@ -114,10 +114,13 @@ def test_joints_of_the_wrong_number_are_refused(
     assert len(bench.sent(TORQUE_ESTIMATE["right_arm"])) == before
 
 
-def test_saturated_sensor_gives_no_torque(robot: RobotFile, bench: Bench) -> None:
+@pytest.mark.parametrize("trouble", ["saturated", "frozen"])
+def test_a_sensor_that_repeats_itself_gives_no_torque(
+    robot: RobotFile, bench: Bench, trouble: str
+) -> None:
     calibrated(robot, bench)
     before = len(bench.sent(TORQUE_ESTIMATE["right_arm"]))
-    bench.put(WRENCH[SENSOR], msgspec.structs.replace(reading(robot), saturated=True))
+    bench.put(WRENCH[SENSOR], msgspec.structs.replace(reading(robot), **{trouble: True}))
     assert len(bench.sent(TORQUE_ESTIMATE["right_arm"])) == before
     bench.put(WRENCH[SENSOR], reading(robot))
     assert len(bench.sent(TORQUE_ESTIMATE["right_arm"])) == before + 1

@@ -28,6 +28,7 @@ def clearance_mm(report: Report) -> float:
 def assert_clean(report: Report) -> None:
     for key in ("limit_violations", "board_faults", "frames_lost", "frames_dropped", "tick_slips"):
         assert report[key] == 0, key
+    assert report["joints_not_held_to_limits"] == []
 
 
 def test_compliant_arm_reaches_around_the_ball_and_again_byte_for_byte(robot: RobotFile) -> None:

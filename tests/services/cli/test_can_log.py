@@ -5,7 +5,9 @@ import can
 import pytest
 
 from hal.wire.can import Frame
-from services.cli.can_log import Logged, bus_map, log, read, refuse_danger, replay, writer_of
+from services.cli.can_dump import can_dump
+from services.cli.can_files import Logged, read, writer_of
+from services.cli.can_log import bus_map, log, refuse_danger, replay
 from services.core.clock import VirtualClock
 from services.core.errors import ConfigError
 from tests.services.cli.can_bench import ROBOT, MakeWires, Wires, frame_of_text
@@ -142,3 +144,29 @@ def test_files_that_cannot_be_read_are_one_sentence(tmp_path: Path) -> None:
     (tmp_path / "broken.log").write_text("(1.0) can0 zz#00\n")
     with pytest.raises(ConfigError, match="cannot read"):
         list(read(tmp_path / "broken.log", Counter()))
+
+
+def test_a_file_is_dumped_with_the_names_of_its_buses(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "arms.log"
+    path.write_text(
+        "(5.000000) can2 123#0000000100000000\n"
+        "(5.004000) can1 111#38080000C60D0000\n"
+        "(5.005000) can2 11E#00\n"
+        "(5.006000) can40 111#38080000C60D0000\n"
+    )
+    assert can_dump(file=path, bus=("right_arm", "40")) == 0
+    output = capsys.readouterr()
+    lines = output.out.splitlines()
+    assert [line[:33].split() for line in lines] == [
+        ["0.000000", "right_arm", "123", "00"],
+        ["0.005000", "right_arm", "11E", "00"],
+        ["0.006000", "can40", "111", "38"],
+    ]
+    assert "r_elbow          STATUS" in lines[0]
+    assert "board 1          POSITION position0=2104 tick, position1" in lines[2]
+    assert output.err == "3 shown, 1 unknown, 0 of wrong length\n"
+
+    assert can_dump(file=path, joint=("l_shoulder_pitch",), count=1) == 0
+    assert "POSITION position0=2104 tick (l_shoulder_pitch 0.03 deg)" in capsys.readouterr().out
