@@ -20,6 +20,8 @@ def axis_settings(axis: Axis, description: RobotDescription) -> Iterator[Setting
     joint = axis.joint
     yield from position_settings(axis)
     yield from torque_settings(axis)
+    if joint.torque_source is not None:
+        yield motor.SET_TORQUE_SOURCE, (joint.torque_source.address, joint.torque_source.channel)
     if axis.can_be_compliant:
         yield impedance_setting(axis)
     yield motor.SET_MIN_POSITION, (axis.units.board_low_ticks,)

@@ -59,7 +59,7 @@ def test_configures_the_shoulder_pitch_in_the_order_of_the_icub_pc(script: Scrip
         sent += [one for one in script.tick() if one.startswith("001")]
 
     assert sent[1] == "001 5B0106"
-    assert sent[2:28] == [
+    assert sent[2:29] == [
         "001 7400",  # stiff
         "001 F400",
         "001 1E007D",  # kp 32000
@@ -76,6 +76,7 @@ def test_configures_the_shoulder_pitch_in_the_order_of_the_icub_pc(script: Scrip
         "001 6313000E00000000",  # kff 19, shift 14
         "001 5F00000000",  # torque stiction
         "001 7603",  # 3 Hz filter
+        "001 340C000000000000",  # torque from address 12, channel 0
         "001 579000332A000000",  # impedance, example 20
         "001 409F030000",  # min 927
         "001 424F080000",  # max 2127
