@@ -185,7 +185,7 @@ def _interfaces_that_are_up(robot: RobotFile) -> list[_Wanted]:
 def _tap(robot: RobotFile, want: _Wanted, live: LiveBuses | None, clock: HostClock) -> Tap:
     table = robot.buses.get(want.bus)
     number = NO_NUMBER if table is None else table.number
-    names = BusNames(robot, want.bus)
+    names = BusNames(robot, want.bus or want.place)
     bus: FrameBus
     interface, colon, channel = want.place.partition(":")
     if colon:

@@ -6,32 +6,21 @@ Times in a file are those of the day's clock.
 
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
 
 import can
-from can.util import channel2int
 
-from hal.buses.bus import HostClock, frame_of
+from hal.buses.bus import HostClock
 from hal.wire.can import Frame
 from services.cli.can_buses import NO_NUMBER, Tap, arrivals, opened
 from services.cli.can_danger import danger
+from services.cli.can_files import Logged, read, writer_of
 from services.config import load_robot
 from services.core.clock import NS_PER_S, Clock, RealClock
 from services.core.errors import ConfigError
 from services.robot_tables import RobotFile
-
-SUFFIXES = (".log", ".asc", ".blf")
-
-
-class Logged(NamedTuple):
-    """One frame of a file."""
-
-    channel: int
-    frame: Frame
-    time_s: float
 
 
 def log(
@@ -66,48 +55,6 @@ def channels_of(taps: Sequence[Tap]) -> dict[int, int]:
     used = {tap.number for tap in taps}
     free = (number for number in range(len(taps) + len(used) + 1) if number not in used)
     return {id(tap): next(free) if tap.number == NO_NUMBER else tap.number for tap in taps}
-
-
-@contextmanager
-def writer_of(path: Path) -> Iterator[can.Listener]:
-    """python-can's writer for a file; finishes the file on leaving."""
-    _check_suffix(path)
-    writer = can.Logger(str(path))
-    try:
-        yield writer
-    finally:
-        writer.stop()
-
-
-def read(path: Path, foreign: Counter[str]) -> Iterator[Logged]:
-    """Frames of a file in their order; those that the iCub's protocol has not are counted.
-
-    Raises:
-        ConfigError: there is no such file, or python-can cannot read it.
-    """
-    _check_suffix(path)
-    try:
-        with can.LogReader(str(path)) as messages:
-            for message in messages:
-                try:
-                    frame = frame_of(message)
-                except can.CanOperationError:
-                    foreign["foreign"] += 1
-                    continue
-                yield Logged(_channel(message), frame, message.timestamp)
-    except (OSError, ValueError, IndexError, EOFError) as error:
-        raise ConfigError(f"cannot read {path}: {error}") from error
-
-
-def _channel(message: can.Message) -> int:
-    channel = message.channel
-    number = channel2int(channel) if isinstance(channel, int | str) else None
-    return 0 if number is None else number
-
-
-def _check_suffix(path: Path) -> None:
-    if path.suffix not in SUFFIXES:
-        raise ConfigError(f"{path}: python-can's files end in one of {', '.join(SUFFIXES)}")
 
 
 def replay(

@@ -157,7 +157,7 @@ def send(tap: Tap, frame: Frame, clock: Clock, wait_s: float, say: Callable[[str
     begin_ns = clock.now_ns()
     tap.bus.send_frames((frame,))
     said = tap.names.name(*frame)
-    say(line(tap, (*frame, begin_ns), 0, said))
+    say(line(tap.names, (*frame, begin_ns), 0, said))
     answers = 0
     until_ns = begin_ns + round(wait_s * NS_PER_S)
     for frames in arrivals((tap,), clock, until_ns):
@@ -165,7 +165,7 @@ def send(tap: Tap, frame: Frame, clock: Clock, wait_s: float, say: Callable[[str
             if is_answer(frame, can_id, data):
                 answers += 1
                 named_answer = tap.names.name(can_id, data)
-                say(line(tap, (can_id, data, stamp_ns), stamp_ns - begin_ns, named_answer))
+                say(line(tap.names, (can_id, data, stamp_ns), stamp_ns - begin_ns, named_answer))
     return answers
 
 
