@@ -6,7 +6,12 @@ limits on purpose.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
 
 TOLERANCE_DEG = 0.2
 
@@ -19,25 +24,21 @@ class LimitCounter:
         self.waiting = list(range(len(limit_deg)))  # joints that are not yet held to their limits
         self._inside = [(math.radians(low), math.radians(high)) for low, high in limit_deg]
         tolerance_rad = math.radians(TOLERANCE_DEG)
-        self._low = [low - tolerance_rad for low, _ in self._inside]
-        self._high = [high + tolerance_rad for _, high in self._inside]
+        self._low: Vector = np.array([low - tolerance_rad for low, _ in self._inside])
+        self._high: Vector = np.array([high + tolerance_rad for _, high in self._inside])
 
-    def admit(self, q_rad: Sequence[float], calibrated: Sequence[bool]) -> None:
+    def admit(self, q_rad: Vector, is_calibrated: Callable[[int], bool]) -> None:
         """Hold those joints to their limits that are calibrated and inside them."""
         self.waiting = [
             i
             for i in self.waiting
-            if not (calibrated[i] and self._inside[i][0] <= q_rad[i] <= self._inside[i][1])
+            if not (is_calibrated(i) and self._inside[i][0] <= q_rad[i] <= self._inside[i][1])
         ]
 
-    def step(self, q_rad: Sequence[float]) -> None:
+    def step(self, q_rad: Vector) -> None:
         """Count one tick of every joint."""
-        for low, angle, high in zip(self._low, q_rad, self._high, strict=True):
-            if not low <= angle <= high:
-                self._count(q_rad)
-                return
-
-    def _count(self, q_rad: Sequence[float]) -> None:
-        for i, (low, angle, high) in enumerate(zip(self._low, q_rad, self._high, strict=True)):
-            if not low <= angle <= high and i not in self.waiting:
-                self.ticks[i] += 1
+        outside = (q_rad < self._low) | (q_rad > self._high)
+        if outside.any():
+            for i in np.flatnonzero(outside).tolist():
+                if i not in self.waiting:
+                    self.ticks[i] += 1

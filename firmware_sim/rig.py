@@ -189,12 +189,15 @@ class Rig:
             self.plant.step(pwm, enabled)
 
     def _watch_limits(self) -> None:
-        angles = self.plant.q_rad.tolist()
+        angles = self.plant.q_rad
         if len(self._own) < len(angles):
-            angles = [angles[i] for i in self._own]
+            angles = angles[self._own]
         if self._limits.waiting:
-            self._limits.admit(angles, [axis.calibrated for axis in self._axes])
+            self._limits.admit(angles, self._is_calibrated)
         self._limits.step(angles)
+
+    def _is_calibrated(self, own: int) -> bool:
+        return self._axes[own].calibrated
 
 
 def _coupling(axis: AxisSpec, axes: Sequence[AxisSpec], network: Network) -> CoupledBoard | None:

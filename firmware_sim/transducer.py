@@ -54,6 +54,7 @@ class Transducers:
         np.multiply(wrenches, self._words_per_unit, out=word)
         word += self._levels[self._sample]
         self._sample += 1
-        np.clip(word, 0.0, TOP_WORD, out=word)
+        np.minimum(word, TOP_WORD, out=word)
+        np.maximum(word, 0.0, out=word)
         values: list[list[int]] = word.astype(np.int64).tolist()
         return values

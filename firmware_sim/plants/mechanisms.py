@@ -35,6 +35,7 @@ class Mechanisms:
         self.own_kg_m2: Vector = np.array([_own_inertia(axis) for axis in axes])
         self.start_rad: Vector = np.radians([axis.start_deg for axis in axes])
         self.tension_nm: Vector = np.zeros(len(pulling))
+        self._tension_slope: Vector = np.zeros(len(pulling))
         for k, i in enumerate(self.tendon):
             self.start_rad[i] = self.tendons.wound_at(k, float(self.start_rad[i]))
         self.stops_rad: tuple[Vector, Vector] = (
@@ -42,12 +43,10 @@ class Mechanisms:
             np.radians([1e9 if a.mechanism == "tendon" else a.hard_stop_deg[1] for a in axes]),
         )
 
-    def pull(self, x: Vector, tau_nm: Vector, opposing: Vector, step_s: float) -> None:
+    def pull(self, tau_nm: Vector, opposing: Vector, step_s: float) -> None:
         """Take the tendons' pull off the torques, implicitly: its slope opposes the motion."""
-        at = self.tendon
-        tension, slope = self.tendons.pull(x[at])
-        tau_nm[at] -= tension
-        opposing[at] += slope * step_s
+        tau_nm[self.tendon] -= self.tension_nm
+        opposing[self.tendon] += self._tension_slope * step_s
 
     def show(self, x: Vector, dx: Vector, q_rad: Vector, dq_rad_s: Vector) -> None:
         """Angles and speeds of the axes, from their coordinates."""
@@ -55,7 +54,7 @@ class Mechanisms:
         dq_rad_s[:] = dx
         at = self.tendon
         if len(at):
-            self.tension_nm, _ = self.tendons.pull(x[at])
+            self.tension_nm, self._tension_slope = self.tendons.pull(x[at])
             q_rad[at] = self.tendons.angle_rad
             dq_rad_s[at] *= self.tendons.angle_per_wound
 

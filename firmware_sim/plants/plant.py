@@ -117,7 +117,7 @@ class Plant:
         if outside.any():
             self._press_stops(opposing, tau)
         if len(self.mechanisms.tendon):
-            self.mechanisms.pull(self.x, tau, opposing, self._step_s)
+            self.mechanisms.pull(tau, opposing, self._step_s)
         if push_nm is not None:
             tau[self._body] += push_nm
         self._accelerate(tau, opposing)

@@ -133,19 +133,19 @@ class InertialPoints:
         self._speeds = [data.v[i].vector for i in self._joints]
         self._accelerations = [data.a_gf[i].vector for i in self._joints]
         self._turn = np.array([place.placement.rotation.T for place in places]).reshape(-1, 3, 3)
-        self._point_m = np.array([place.placement.translation for place in places]).reshape(-1, 3)
+        points = [pin.skew(place.placement.translation) for place in places]
+        self._minus_point_m = -np.array(points).reshape(-1, 3, 3)  # turns a rate into a speed
         self._placements = [place.placement for place in places]
 
     def read(self) -> tuple[Matrix, Matrix]:
         """Specific force (k x 3, m/s2; +9.81 upwards at rest) and turn rate (k x 3, rad/s)."""
-        speed = np.array(self._speeds)
-        acceleration = np.array(self._accelerations)
+        speed = np.array(self._speeds)[:, :, None]
+        acceleration = np.array(self._accelerations)[:, :, None]
         v, w = speed[:, :3], speed[:, 3:]
-        at_point = v + np.cross(w, self._point_m)
-        force = acceleration[:, :3] + np.cross(acceleration[:, 3:], self._point_m)
-        force += np.cross(w, at_point)
-        turn = self._turn
-        return (turn @ force[:, :, None])[:, :, 0], (turn @ w[:, :, None])[:, :, 0]
+        at_point = v + self._minus_point_m @ w
+        force = acceleration[:, :3] + self._minus_point_m @ acceleration[:, 3:]
+        force += np.cross(w, at_point, axis=1)
+        return (self._turn @ force)[:, :, 0], (self._turn @ w)[:, :, 0]
 
     def orientation(self, index: int, mounted: Matrix) -> tuple[Matrix, list[float]]:
         """Rotation (3x3) and quaternion (w, x, y, z) from a sensor's axes to the base's.

@@ -25,6 +25,7 @@ Matrix = NDArray[np.float64]
 TENDON_NM_RAD = 0.5  # assumed, as is the preload: what an open finger's spring already pulls
 PRELOAD_RAD = 0.3
 FAR_NM = 1e3
+TOP_BYTE = 255.0
 
 
 class Tendons:
@@ -133,7 +134,8 @@ class Halls:
         """One byte per place."""
         value = self._per_rad @ finger_rad
         value += self._level
-        np.clip(value, 0.0, 255.0, out=value)
+        np.minimum(value, TOP_BYTE, out=value)
+        np.maximum(value, 0.0, out=value)
         values: list[int] = value.astype(np.int64).tolist()
         return values
 
