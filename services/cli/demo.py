@@ -25,6 +25,7 @@ COMPLIANT_BAR_M = 0.003
 LIVE_BAR_M = 0.005
 SUCCESS, FAILURE = 0, 1
 MAX_HOP_MS = 20
+MOST_NAMES = 4  # of a list in the table
 
 
 def reach(
@@ -159,7 +160,10 @@ def _cell(value: object, unit: str) -> str:
     if value is None:
         return "-"
     if isinstance(value, list):
-        value = ", ".join(map(str, value)) or "none"
+        listed = ", ".join(map(str, value[:MOST_NAMES])) or "none"
+        value = (
+            listed if len(value) <= MOST_NAMES else f"{listed} and {len(value) - MOST_NAMES} more"
+        )
     text = f"{value:.2f}" if isinstance(value, float) else str(value)
     return f"{text} {unit}".rstrip()
 
