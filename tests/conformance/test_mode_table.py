@@ -9,7 +9,8 @@ from tests.firmware_sim.boards.bench import PLAIN, Bench
 RUNNING = (0x01, 0x02, 0x03, 0x04, 0x05, 0x07, 0x08, 0x50)
 UNSUPPORTED = (0x06, 0x0A, 0x0B, 0x10, 0x20, 0x40, 0x41, 0x60, 0xA0, 0xB0, 0xB1, 0xB2, 0xFF)
 IDLE, FORCE_IDLE, FAULT = ControlMode.IDLE, ControlMode.FORCE_IDLE, ControlMode.HW_FAULT
-REQUESTS = (IDLE, FORCE_IDLE, *RUNNING, *UNSUPPORTED)
+STOPS: tuple[int, ...] = (IDLE, FORCE_IDLE)
+REQUESTS = (*STOPS, *RUNNING, *UNSUPPORTED)
 
 
 def ask_for(bench: Bench, mode: int) -> int:
@@ -30,7 +31,7 @@ def settle(bench: Bench, mode: int) -> None:
 
 def test_from_idle(bench: Bench) -> None:
     bench.ready()
-    for request in (IDLE, FORCE_IDLE):
+    for request in STOPS:
         settle(bench, IDLE)
         assert ask_for(bench, request) == IDLE
     for request in RUNNING:
@@ -55,7 +56,7 @@ def test_from_a_running_mode(bench: Bench, start: int) -> None:
         settle(bench, start)
         assert ask_for(bench, request) == request
         assert bench.board.ports[PLAIN].enabled
-    for request in (IDLE, FORCE_IDLE):
+    for request in STOPS:
         settle(bench, start)
         assert ask_for(bench, request) == IDLE
         assert not bench.board.ports[PLAIN].enabled

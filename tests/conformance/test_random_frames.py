@@ -1,26 +1,43 @@
-"""Bytes that nobody would send: neither the HAL nor a board may raise, and a drop is counted."""
+"""Bytes that nobody would send: neither the HAL nor a board may raise, and a drop is counted.
+
+On a motor board one axis never gets its integral gain: whatever else comes, it may not move.
+"""
 
 import random
 
 import pytest
 
 from firmware_sim.boards.board import Board
-from firmware_sim.description import BoardSpec
 from firmware_sim.registry import make_board
 from hal.wire.can import Frame
+from tests.firmware_sim.boards.bench import VERSIONS, spec_of
 from tests.hal.scripted import MS, Script
 
 STEPS = 2000
+BOARD_STEPS = 400
 FRAMES_PER_STEP = 6
-BOARDS = {
-    "bll_ie": BoardSpec(bus=0, address=1, type="bll_ie", firmware=(2, 0x50)),
-    "dc4": BoardSpec(bus=0, address=3, type="dc4", firmware=(2, 0x19)),
-    "strain": BoardSpec(bus=0, address=13, type="strain", firmware=(3, 0)),
+MOTOR_BOARDS = {
+    f"{kind} {major}.{minor:02X}": spec_of(kind, major, minor, coupled=True)
+    for kind, versions in VERSIONS.items()
+    for major, minor in versions
 }
-FULL_SCALE = (1500.0, 1500.0, 1500.0, 35.0, 35.0, 35.0)
 HAL_IDS = (0x001, 0x010, 0x030, 0x040, 0x70F, 0x2D0, 0x3DA, 0x3DB, 0x3CA, *range(0x110, 0x150))
+# What a board hears of others: torques, a shoulder's partner, the hand's Hall sensors, a discovery.
+HEARD_IDS = (0x3CA, 0x3CB, 0x3BA, 0x111, 0x112, 0x122, 0x3EC, 0x3ED)
 # Commands that get an axis running, so that random ones meet every mode.
-OPENERS = ("5B0106", "527D0000003C000D", "5400002003000300", "0403D1070A000000", "0901", "0908")
+OPENERS = (
+    "5B0106",
+    "527D0000003C000D",
+    "5400002003000300",
+    "0403D1070A000000",
+    "0404D1070A000A00",
+    "0901",
+    "0908",
+    "0909",
+)
+GAINS = tuple(bytes((code,)) for code in (0x22, 0x52))  # SET_I_GAIN and SET_POS_PID
+LOCKED = 0  # the axis that does not get them
+BOOT = b"\x00"
 
 
 def noise(draw: random.Random, can_ids: tuple[int, ...]) -> Frame:
@@ -28,34 +45,64 @@ def noise(draw: random.Random, can_ids: tuple[int, ...]) -> Frame:
     return can_id, draw.randbytes(draw.randrange(9))
 
 
-def made(name: str) -> Board:
-    return make_board(BOARDS[name], FULL_SCALE if name == "strain" else None)
+def motor_noise(draw: random.Random, board: Board) -> Frame:
+    """A command, an opener or another board's frame; only a few jump to the boot loader."""
+    chance = draw.random()
+    if chance < 0.3:
+        opener = bytearray.fromhex(draw.choice(OPENERS))
+        opener[0] |= draw.choice((0, 0x80))
+        return draw.choice(board.addresses), bytes(opener)
+    if chance < 0.5:
+        return draw.choice(HEARD_IDS), draw.randbytes(draw.choice((6, 7, 8, 8)))
+    can_id, data = noise(draw, (*board.addresses, 0x70F))
+    if can_id >> 8 == 7 and data[:1] == BOOT and draw.random() < 0.95:
+        data = b"\x04"
+    return can_id, data
 
 
-@pytest.mark.parametrize("name", sorted(BOARDS))
-def test_boards_take_any_frame(name: str) -> None:
+def unlocks(board: Board, frame: Frame) -> bool:
+    """True for a command that would give the locked axis its integral gain."""
+    can_id, data = frame
+    return can_id & 0xF == board.addresses[0] and can_id < 0x100 and data[:1] in GAINS
+
+
+@pytest.mark.parametrize("name", sorted(MOTOR_BOARDS))
+def test_no_frames_move_an_axis_that_did_not_pass_the_gate(name: str) -> None:
     draw = random.Random(name)
-    board = made(name)
-    polled = 0x000 if board.ports else 0x200
-    can_ids = (*(polled | address for address in board.addresses), 0x3CA, 0x3CB, 0x70F)
+    board = make_board(MOTOR_BOARDS[name])
     sent: list[Frame] = []
-    for _ in range(STEPS):
+    moved = [0] * len(board.axes)
+    for _ in range(BOARD_STEPS):
         for _ in range(FRAMES_PER_STEP):
-            can_id, data = noise(draw, can_ids)
-            if board.ports and draw.random() < 0.2:
-                opener = bytearray.fromhex(draw.choice(OPENERS))
-                opener[0] |= draw.choice((0, 0x80))
-                can_id, data = board.addresses[0], bytes(opener)
-            if board.accepts(can_id):
-                board.on_frame(can_id, data)
+            frame = motor_noise(draw, board)
+            if board.accepts(frame[0]) and not unlocks(board, frame):
+                board.on_frame(*frame)
         for port in board.ports:
             port.raw_encoder = draw.randrange(0x1000)
-        board.raw_adc[:] = [draw.randrange(0x10000) for _ in board.raw_adc]
         sent += board.tick()
+        for number, port in enumerate(board.ports):
+            moved[number] += port.enabled or port.pwm != 0
 
-    assert len(sent) > STEPS / 4
+    locked = {board.axes[LOCKED], *board.axes[LOCKED].peers}
+    for axis in board.axes:
+        assert (moved[axis.number] == 0) == (axis in locked), moved
+    assert len(sent) > BOARD_STEPS / 4
     assert all(0 <= can_id < 0x800 and len(data) <= 8 for can_id, data in sent)
-    assert min(board.dropped["length"], board.dropped["management"]) > 0
+    assert min(board.dropped[cause] for cause in ("length", "unknown", "management", "mode")) > 0
+
+
+@pytest.mark.parametrize("name", sorted(MOTOR_BOARDS))
+def test_without_a_handshake_nothing_moves(name: str) -> None:
+    draw = random.Random(name)
+    board = make_board(MOTOR_BOARDS[name])
+    for _ in range(BOARD_STEPS // 2):
+        for _ in range(FRAMES_PER_STEP):
+            can_id, data = motor_noise(draw, board)
+            if board.accepts(can_id) and data[:1] not in (b"\x5b", b"\xdb"):
+                board.on_frame(can_id, data)
+        board.tick()
+        assert not any(port.enabled or port.pwm for port in board.ports)
+    assert any(axis.fault_entries for axis in board.axes)  # it was tried
 
 
 def test_the_hal_takes_any_frame() -> None:
