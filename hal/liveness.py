@@ -143,7 +143,7 @@ class Liveness:
         ]
         if not hands:
             return ""
-        return f": {', '.join(hands)} faults without it, check the cable and power of the MAIS"
+        return f": without it {', '.join(hands)} fault, check the cable and power of the MAIS"
 
     def _recover(self, board: HostBoard) -> Sequence:
         """Wait for a silent board: it talks again, or it has restarted and answers a handshake."""

@@ -119,7 +119,7 @@ def test_a_silent_mais_is_reported_with_what_follows_and_what_to_check() -> None
 
     faults = script.robot.status().faults
     assert faults[-2].startswith("board r_mais (bus 1, address 14) silent for 0.09")
-    assert faults[-2].endswith("r_forearm faults without it, check the cable and power of the MAIS")
+    assert faults[-2].endswith("without it r_forearm fault, check the cable and power of the MAIS")
     assert faults[-1] == ("prosup in hardware fault: MAIS r_mais silent, check its cable and power")
 
 
