@@ -46,7 +46,7 @@ class Network:
             board.join(self.bank)
             board.on_new_address = self._wire
         self._listening = [board.listen for board in motor_boards]
-        self._between: list[tuple[Receiver, int, bytes]] = []
+        self._between: list[tuple[tuple[Receiver, ...], int, bytes]] = []
         self._gates: dict[Board, Gate] = {}  # of boards whose frames a switch spoils
         self._wire()
 
@@ -60,8 +60,9 @@ class Network:
 
     def deliver(self, received: Mapping[int, Sequence[Received]]) -> None:
         """Hand to the boards what arrived on each bus and what boards sent each other."""
-        for receiver, can_id, data in self._between:
-            receiver(can_id, data)
+        for receivers, can_id, data in self._between:
+            for receiver in receivers:
+                receiver(can_id, data)
         self._between.clear()
         for bus, frames in received.items():
             routes = self._routes.get(bus, NO_ROUTES)
@@ -80,20 +81,22 @@ class Network:
         for listen in self._listening:
             listen()
         self.bank.control()
+        between, gates = self._between, self._gates
         for bus, board, speak, others in self._speaking:
             frames = speak()
-            if self._gates and board in self._gates:
-                frames = self._gates[board].outward.step(frames)
+            if gates and board in gates:
+                frames = gates[board].outward.step(frames)
             if frames:
                 sent[bus] += frames
                 for can_id, data in frames:
-                    for receiver in others.get(can_id, ()):
-                        self._between.append((receiver, can_id, data))
+                    receivers = others.get(can_id)
+                    if receivers is not None:
+                        between.append((receivers, can_id, data))
         self.bank.supervise()
         return sent
 
     def board(self, bus: int, address: int) -> Board:
-        """The board that owns an address.
+        """The board that the description puts at an address.
 
         Raises:
             RigError: there is none.
@@ -111,7 +114,8 @@ class Network:
             RigError: the board has no such axis.
         """
         board = self.board(spec.bus, spec.address)
-        index = board.addresses.index(spec.address) * AXES_PER_ADDRESS + spec.axis
+        second = self._boards.get((spec.bus, spec.address - 1)) is board
+        index = second * AXES_PER_ADDRESS + spec.axis
         if index >= len(board.axes):
             raise RigError(f"bus {spec.bus} address {spec.address} has no axis {spec.axis}")
         return board.axes[index]
@@ -175,10 +179,10 @@ class Network:
         for routes in (*self._routes.values(), *(others for *_, others in self._speaking)):
             for can_id, receivers in routes.items():
                 if old in receivers:
-                    routes[can_id] = tuple(new if r == old else r for r in receivers)
+                    routes[can_id] = _exchanged(receivers, old, new)
         self._between = [
-            (new if receiver == old else receiver, can_id, data)
-            for receiver, can_id, data in self._between
+            (_exchanged(receivers, old, new), can_id, data)
+            for receivers, can_id, data in self._between
         ]
 
     def _place(self, spec: BoardSpec, board: Board) -> None:
@@ -188,6 +192,12 @@ class Network:
             self._boards[spec.bus, address] = board
             self._types[spec.bus, address] = spec.type
         self._buses.setdefault(spec.bus, []).append(board)
+
+
+def _exchanged(
+    receivers: tuple[Receiver, ...], old: Receiver, new: Receiver
+) -> tuple[Receiver, ...]:
+    return tuple(new if receiver == old else receiver for receiver in receivers)
 
 
 def _speech(board: Board) -> Callable[[], list[Frame]]:

@@ -238,7 +238,10 @@ class MotorBoard:
     def _parse(self, sent: list[Frame]) -> None:
         received = self._received
         self._received = []
+        unheard = self._node.unheard
         for number, (can_id, data) in enumerate(received, 1):
+            if can_id in unheard:
+                continue
             kind = can_id >> 8
             if kind == CLASS_MOTOR_POLLING:
                 if not self._command(can_id, data, sent):

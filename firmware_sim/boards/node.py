@@ -21,6 +21,11 @@ _PRINT_BUFFERS = 4
 _PRINT_PIECES = 16
 _PIECE_CHARACTERS = 6
 _LAST_PIECE = 0x80
+_TORQUE_IDS = frozenset(
+    frame_id(CLASS_ANALOG_PERIODIC, source, row.type)
+    for source in range(SOURCES)
+    for row in (FORCE, TORQUE)
+)
 
 
 class TorqueSensor:
@@ -103,6 +108,7 @@ class Node:
         self.printer = Printer(address)
         self.sensors: dict[int, TorqueSensor] = {}
         self.torque_frames: dict[int, tuple[TorqueSensor, int]] = {}  # by identifier; which words
+        self.unheard = set(_TORQUE_IDS)  # identifiers that no axis listens to
         self.dropped: Counter[str] = Counter()
         self.label = bytearray(LABEL_PIECES * 4)  # flash: survives boot
 
@@ -134,6 +140,7 @@ class Node:
             for half, row in enumerate((FORCE, TORQUE)):  # channels 0..2 and 3..5
                 can_id = frame_id(CLASS_ANALOG_PERIODIC, source, row.type)
                 self.torque_frames[can_id] = sensor, half
+                self.unheard.discard(can_id)
         return self._first_source + source
 
     def set_label_piece(self, index: int, characters: Sequence[int]) -> None:

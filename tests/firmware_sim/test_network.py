@@ -123,6 +123,7 @@ def test_a_board_answers_at_the_address_that_it_was_given(network: Network) -> N
     network.tick()
     assert ask(6) == []
     assert ask(9) == [(0x090, b"\x07\x00\x00")]
+    assert network.row(AxisSpec(bus=3, address=6, axis=1, joint=None, motor=None)) == 1
 
 
 def test_a_mask_that_is_set_late_tells_the_mode_in_its_first_status_slot(network: Network) -> None:
