@@ -10,6 +10,7 @@ from hal.wire.modes import ControlMode, InteractionMode
 from hal.wire.motor_periodic import AxisFault
 
 CONFIRM_NS = 200_000_000
+NOTHING_SAID = "no answer, or settings missing on the board (position gains, protocol handshake)"
 PRINTS_NS = 20_000_000
 POLL_NS = 50_000_000  # STATUS comes by itself within 5 ms; ask when it was lost
 
@@ -87,11 +88,14 @@ def is_stopped(axis: Axis) -> bool:
 
 def _refusal(axis: Axis, since_ns: int) -> str:
     """Why a board does not enter a mode (can-protocol 10.2), most certain first."""
-    said = f'; its board says "{axis.said}"' if axis.said and axis.said_ns >= since_ns else ""
-    return _cause(axis) + said
+    cause = _cause(axis)
+    if not axis.said or axis.said_ns < since_ns:
+        return cause or NOTHING_SAID
+    return f'{cause}{"; " if cause else ""}its board says "{axis.said}"'
 
 
 def _cause(axis: Axis) -> str:
+    """What the host knows by itself, empty when it knows nothing."""
     if not axis.is_available:
         return "its board is silent"
     if axis.line.is_off:
@@ -107,10 +111,8 @@ def _cause(axis: Axis) -> str:
             return f"its coupled partner {partner.name} is in hardware fault"
         if not partner.is_calibrated:
             return f"its coupled partner {partner.name} is not calibrated"
-    causes = [cause for cause in (one(axis.line.now_ns) for one in axis.suspects) if cause]
-    if causes:
-        return "; ".join(causes)
-    return "no answer, or settings missing on the board (position gains, protocol handshake)"
+    causes = [suspect(axis.line.now_ns) for suspect in axis.suspects]
+    return "; ".join(cause for cause in causes if cause)
 
 
 def switch_interaction(axis: Axis, interaction: InteractionMode) -> Sequence:

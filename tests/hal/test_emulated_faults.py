@@ -147,3 +147,23 @@ def test_the_guard_brings_the_limb_down(ready: Bench) -> None:
 
     assert task.ok, task.reason
     assert [axis.enabled for axis in ready.axes] == [False] * 4
+
+
+def test_says_which_settings_are_missing_on_a_board(ready: Bench) -> None:
+    ready.finish(ready.robot.request("mode", ["roll"], "idle"))
+    ready.axes[1].pid_flags = 0x3F
+    task = ready.robot.request("mode", ["roll"], "position")
+    ready.finish(task)
+
+    assert task.reason == (
+        'roll went into hardware fault: its board says "PIDs not received 0x3F, axis 1"'
+    )
+
+
+def test_says_that_a_board_has_not_taken_the_protocol(ready: Bench) -> None:
+    ready.finish(ready.robot.request("mode", ["roll"], "idle"))
+    ready.axes[1].node.accepted = False
+    task = ready.robot.request("mode", ["roll"], "position")
+    ready.finish(task)
+
+    assert task.reason.endswith('its board says "protocol not acknowledged, axis 1"')
