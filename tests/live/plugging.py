@@ -21,7 +21,7 @@ ROBOT = "icub:right_arm@bench"
 BOARD = "r_shoulder"
 NEEDED = ("boards", "robot")
 NOT_YET = "not asked yet"  # the HAL's word before its first handshake
-PATIENCE_S = 40.0  # one slow core
+PATIENCE_S = 60.0  # one slow core
 
 
 class Bench:
