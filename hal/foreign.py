@@ -29,6 +29,7 @@ from hal.wire.motor import (
     GET_CONTROL_MODE,
     GET_FIRMWARE_VERSION,
     GET_INTERACTION_MODE,
+    HOST_PROTOCOL,
     SET_ENCODER_POSITION,
     SET_OFFSET_ABS_ENCODER,
     axis_of,
@@ -144,6 +145,7 @@ def _only_asks(can_id: int, data: bytes) -> bool:
         command = command_of(data)
     elif can_class == CLASS_ANALOG_POLLING and data:
         command = analog.COMMANDS.get(data[0])
-    # The handshake answers too, but a version that the board refuses keeps its bridges off.
-    changes = command is None or command is GET_FIRMWARE_VERSION
-    return not changes and command is not None and command.reply_layout is not None
+    if command is GET_FIRMWARE_VERSION:
+        # It is answered too, but a version that the board refuses keeps its bridges off.
+        return GET_FIRMWARE_VERSION.parse_request(data) == HOST_PROTOCOL
+    return command is not None and command.reply_layout is not None

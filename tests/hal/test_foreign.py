@@ -52,10 +52,10 @@ def test_writes_at_most_once_per_second(script: Script) -> None:
 
 
 def test_writes_nothing_when_the_foreign_host_only_asks(script: Script) -> None:
-    script.say("001 14", "20D 1800")
+    script.say("001 14", "20D 1800", "001 5B0106")
 
     assert script.tick(60) == []
-    assert script.robot.status().foreign_frames == 2
+    assert script.robot.status().foreign_frames == 3
 
 
 def test_starts_a_sensor_again_that_a_foreign_host_has_stopped(script: Script) -> None:
@@ -77,3 +77,9 @@ def test_notices_torques_that_are_not_ours(script: Script) -> None:
     script.tick()
 
     assert script.robot.status().foreign_frames == 2
+
+
+def test_writes_again_what_a_foreign_handshake_with_another_protocol_spoils(script: Script) -> None:
+    script.say("001 5B0209")
+
+    assert "001 5B0106" in script.tick(60)
