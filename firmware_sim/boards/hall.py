@@ -19,8 +19,7 @@ _SECOND_ID = frame_id(CLASS_ANALOG_PERIODIC, MAIS_ADDRESS, HALL_7_14.type)
 class Tendon:
     """One axis whose position is Hall bytes and whose motor counts beside it.
 
-    DELIBERATE: the sheet names limits of those counts without saying what they do; here positive
-    PWM is taken to raise the counts, and the bridge gets none that leads further out.
+    The limits of those counts are kept as raw ones, where the bridge looks at them.
     """
 
     __slots__ = ("_zero", "axis", "hall", "target")
