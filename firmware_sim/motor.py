@@ -63,6 +63,8 @@ class Drives:
         self._back_emf_nms_rad = nm_per_a**2 / resistance_ohm
         self._back_emf_as_rad = nm_per_a / resistance_ohm
         self._step_s = step_s
+        self.links = np.array(np.nonzero(motor_speeds), dtype=np.int64)  # (motor, joint) by column
+        self.shares: Vector = motor_speeds[np.nonzero(motor_speeds)]
         self.enabled: Switches = np.ones(n, dtype=np.bool_)
         self.braking_as_rad: Vector = np.zeros(n)  # current that a motor's speed takes away
         self.braking_nms_rad: Vector = np.zeros(n)  # torque that a motor's speed takes away
@@ -79,13 +81,6 @@ class Drives:
         at_motors = self._rotor_kg_m2 + self._step_s * self.braking_nms_rad
         self.inertia_kg_m2 = self.S_T @ (at_motors[:, None] * self.S)
         self.inertia_diagonal = self.inertia_kg_m2.diagonal().copy()
-
-    def current_a(self, pwm: Vector, dq_rad_s: Vector) -> Vector:
-        """Winding currents in the sense of the PWM; `pwm` is zero where the bridge is off."""
-        current: Vector = self.S @ dq_rad_s
-        current *= self.braking_as_rad
-        np.subtract(self.a_per_count * pwm, current, out=current)
-        return current
 
     def torque_nm(self, pwm: Vector, dq_rad_s: Vector) -> Vector:
         """Torques that the motors exert on the joints, friction not yet taken off."""

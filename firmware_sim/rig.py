@@ -25,7 +25,7 @@ from firmware_sim.plants.couplings import (
 from firmware_sim.plants.plant import STEP_S, Plant
 from firmware_sim.senses import Senses, touch
 from firmware_sim.switches import Switches
-from firmware_sim.wires import Encoders, Wires, resting_counts, with_motor_encoders
+from firmware_sim.wires import Gauges, Wires, resting_counts, with_motor_encoders
 from hal.wire.can import Frame, Received
 
 Vector = NDArray[np.float64]
@@ -48,7 +48,7 @@ class Rig:
         self.plant = Plant(spec.plant, moved, spec.sensors, full_pwm, speeds)
         self.joints = self.plant.joints
         readout = with_motor_encoders(encoder_readout(moved, boards), moved, speeds)
-        self._encoders = Encoders(moved, readout, self.plant.x)
+        self._gauges = Gauges(moved, readout, self.plant)
         own = [(i, axis) for i, axis in enumerate(moved) if not axis.driven]
         self._axes = [self._network.axis(axis) for _, axis in own]
         self._own = [i for i, _ in own]
@@ -68,7 +68,7 @@ class Rig:
         self._network.deliver(received)
         if self.plant.driven.buses:
             self.plant.driven.listen(received)
-        self._wires.show(self._encoders.read(self.plant.x), self.plant.current_a())
+        self._wires.show(self._gauges.read())
         self._senses.feel()
         if switches.active:
             switches.hold()
@@ -167,7 +167,7 @@ class Rig:
         for axis in spec.axes:
             if axis.joint is None:
                 self._network.axis(axis).port.raw_encoder = resting_counts(axis)
-        self._wires.show(self._encoders.read(self.plant.x), self.plant.current_a())
+        self._wires.show(self._gauges.read())
         for axis in spec.axes:
             if not axis.driven:
                 self.board(axis.bus, axis.address).power_cycle()

@@ -59,7 +59,9 @@ class Senses:
         ):
             board.raw_adc[:] = words
         if self._feels_hands:
-            for place, value in zip(self._halls, self._plant.mechanisms.hall_bytes(), strict=True):
+            for place, value in zip(
+                self._halls, self._plant.mechanisms.hall_bytes(self._plant.pull_nm), strict=True
+            ):
                 if place is not None:
                     board, channel = place
                     board.hall[channel] = value

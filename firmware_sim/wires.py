@@ -11,7 +11,9 @@ from firmware_sim.boards.axis import AxisPort
 from firmware_sim.boards.bank import AxisBank
 from firmware_sim.description import AxisSpec
 from firmware_sim.motor import Switches
+from firmware_sim.plants import kernel
 from firmware_sim.plants.couplings import Readout
+from firmware_sim.plants.plant import Plant
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -19,36 +21,44 @@ Ticks = NDArray[np.int64]
 
 ENCODER_MASK = 0xFFF  # absolute encoders: 12 bits a turn
 NO_MASK = -1  # incremental encoders count on
-MA_PER_A = 1000.0
 
 
-class Encoders:
-    """What the encoders of n axes show."""
+class Gauges:
+    """What encoders and current sensors of all axes show."""
 
-    def __init__(self, axes: Sequence[AxisSpec], readout: Readout, start_rad: Vector) -> None:
-        """Incremental encoders count from `start_rad`, the axes' coordinates at power-up."""
-        self._per_rad = np.ascontiguousarray(readout.per_rad)
+    def __init__(self, axes: Sequence[AxisSpec], readout: Readout, plant: Plant) -> None:
+        """Incremental encoders count from where the plant stands now, at power-up."""
+        self._plant = plant
+        places = np.nonzero(readout.per_rad)
+        self._sights = np.array(places, dtype=np.int64)
+        self._per_rad: Vector = readout.per_rad[places]
         # Half a tick: whoever calibrated zero_deg centred it: readings err to both sides alike.
-        self._level = readout.level + 0.5
-        n = len(axes)
-        self._added: Ticks = np.zeros(n, dtype=np.int64)
-        self._mask: Ticks = np.full(n, NO_MASK, dtype=np.int64)
-        at_power_up = self.read(start_rad)
+        self._level: Vector = readout.level + 0.5
+        self._width: Ticks = np.zeros((2, len(axes)), dtype=np.int64)  # added, and mask
+        self._width[1] = NO_MASK
+        self._shown: Ticks = np.zeros((2, len(axes)), dtype=np.int64)
+        at_power_up = self.read()[0].copy()
         for i, axis in enumerate(axes):
             if axis.absolute_offset is None:
-                self._added[i] = -at_power_up[i]
+                self._width[0, i] = -at_power_up[i]
             else:
-                self._added[i], self._mask[i] = axis.absolute_offset, ENCODER_MASK
+                self._width[:, i] = axis.absolute_offset, ENCODER_MASK
 
-    def read(self, x_rad: Vector) -> Ticks:
-        """Ticks of every encoder."""
-        ticks = self._per_rad @ x_rad
-        ticks += self._level
-        np.floor(ticks, out=ticks)
-        counts: Ticks = ticks.astype(np.int64)
-        counts += self._added
-        counts &= self._mask
-        return counts
+    def read(self) -> Ticks:
+        """Two rows: ticks of every encoder, milliamperes of every motor."""
+        plant, drives = self._plant, self._plant.drives
+        kernel.show(
+            plant.state,
+            plant.constants,
+            drives.links,
+            drives.shares,
+            self._sights,
+            self._per_rad,
+            self._level,
+            self._width,
+            self._shown,
+        )
+        return self._shown
 
 
 class Wires:
@@ -65,9 +75,9 @@ class Wires:
         self._pwm: Vector = np.zeros(axes)
         self._enabled: Switches = np.zeros(axes, dtype=np.bool_)
 
-    def show(self, counts: Ticks, current_a: Vector) -> None:
-        """Set what encoders and current sensors read."""
-        milliamperes = (current_a * MA_PER_A).astype(np.int64)
+    def show(self, shown: Ticks) -> None:
+        """Set what encoders (first row) and current sensors (second) read."""
+        counts, milliamperes = shown
         self._bank.raw_encoder[self._rows] = counts[self._at]
         self._bank.current_ma[self._rows] = milliamperes[self._at]
         for i, port in self._ports.items():

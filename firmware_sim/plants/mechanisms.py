@@ -28,14 +28,11 @@ class Mechanisms:
     def __init__(self, axes: Sequence[AxisSpec]) -> None:
         self.body: Indices = _of_kind(axes, "body")
         self.tendon: Indices = _of_kind(axes, "tendon")
-        self.others = len(self.body) < len(axes)
         pulling = [axes[i] for i in self.tendon]
         self.tendons = Tendons(pulling)
         self.halls = Halls(pulling)
         self.own_kg_m2: Vector = np.array([_own_inertia(axis) for axis in axes])
         self.start_rad: Vector = np.radians([axis.start_deg for axis in axes])
-        self.tension_nm: Vector = np.zeros(len(pulling))
-        self._tension_slope: Vector = np.zeros(len(pulling))
         for k, i in enumerate(self.tendon):
             self.start_rad[i] = self.tendons.wound_at(k, float(self.start_rad[i]))
         self.stops_rad: tuple[Vector, Vector] = (
@@ -43,24 +40,12 @@ class Mechanisms:
             np.radians([1e9 if a.mechanism == "tendon" else a.hard_stop_deg[1] for a in axes]),
         )
 
-    def pull(self, tau_nm: Vector, opposing: Vector, step_s: float) -> None:
-        """Take the tendons' pull off the torques, implicitly: its slope opposes the motion."""
-        tau_nm[self.tendon] -= self.tension_nm
-        opposing[self.tendon] += self._tension_slope * step_s
+    def hall_bytes(self, pull_nm: Vector) -> list[int]:
+        """What the Hall sensors of all hands read, in the order of `halls.places`.
 
-    def show(self, x: Vector, dx: Vector, q_rad: Vector, dq_rad_s: Vector) -> None:
-        """Angles and speeds of the axes, from their coordinates."""
-        q_rad[:] = x
-        dq_rad_s[:] = dx
-        at = self.tendon
-        if len(at):
-            self.tension_nm, self._tension_slope = self.tendons.pull(x[at])
-            q_rad[at] = self.tendons.angle_rad
-            dq_rad_s[at] *= self.tendons.angle_per_wound
-
-    def hall_bytes(self) -> list[int]:
-        """What the Hall sensors of all hands read, in the order of `halls.places`."""
-        return self.halls.read(self.tendons.finger_rad(self.tension_nm))
+        `pull_nm` is the tendon's pull on each axis.
+        """
+        return self.halls.read(self.tendons.finger_rad(pull_nm[self.tendon]))
 
 
 def _own_inertia(axis: AxisSpec) -> float:

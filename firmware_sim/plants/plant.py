@@ -18,17 +18,16 @@ from numpy.typing import NDArray
 
 from firmware_sim.description import AxisSpec, PlantSpec, SensorSpec
 from firmware_sim.motor import Drives, Switches
+from firmware_sim.plants import kernel
 from firmware_sim.plants.driven import WALL_KG_M2, Driven
 from firmware_sim.plants.mechanisms import Mechanisms
 from firmware_sim.plants.rigid import RigidBodies
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
+Indices = NDArray[np.intp]
 
 STEP_S = 0.001
-SLIP_RAD_S = 1e-5  # below this speed dry friction falls to zero: 0.03 deg a minute at most
-STOP_NM_RAD = 2.0e4  # assumed: 20 Nm press a joint 0.06 deg into its stop
-STOP_NMS_RAD = 100.0  # assumed: no bounce at the arm's inertias
 
 
 class Plant:
@@ -60,22 +59,23 @@ class Plant:
             [(at[i], at[j]) for i, j in zip(*self._off_diagonal, strict=True)],
         )
         self.wrenches = self.rigid.wrenches
-        self.x: Vector = self.mechanisms.start_rad.copy()
-        self.dx: Vector = np.zeros(n)
-        self.ddx: Vector = np.zeros(n)
-        self.q_rad, self.dq_rad_s = self.x, self.dx
-        if len(self.mechanisms.tendon):
-            self.q_rad, self.dq_rad_s = np.zeros(n), np.zeros(n)
-        self.pwm: Vector = np.zeros(n)
-        self._low_stop, self._high_stop = self.mechanisms.stops_rad
+        self._columns = self._spread(self.rigid.columns, n)
+        self._cut_columns = self._spread(self.rigid.cut_columns, n)
         self._step_s = step_s
-        self._slip: Vector = np.full(n, SLIP_RAD_S)
-        self._dt: Vector = np.full(n, step_s)  # an array, because numpy is slower with a scalar
-        self._opposing: Vector = np.zeros(n)
-        self._change: Vector = np.zeros(n)
-        self._outside = np.zeros((2, n), dtype=np.bool_)
+        self.state: Matrix = np.zeros((kernel.STATE_ROWS, n))
+        self.x, self.dx, self.ddx = (
+            self.state[kernel.X],
+            self.state[kernel.DX],
+            self.state[kernel.DDX],
+        )
+        self.pwm, self.pull_nm = self.state[kernel.PWM], self.state[kernel.PULL]
+        self.x[:] = self.mechanisms.start_rad
+        self.q_rad: Vector = np.zeros(n)
+        self.dq_rad_s: Vector = np.zeros(n)
+        self.constants = self._constants()
+        self._power(self.drives.enabled)
         self._show()
-        self._feel()  # before the first step: the weight at rest
+        self._feel(np.zeros(self.rigid.motion.shape[1]))  # before the first step: weight at rest
 
     def step(self, pwm: Vector, enabled: Switches, force_n: Vector | None = None) -> None:
         """Advance by one step under these PWM counts; zero where the bridge is off.
@@ -83,10 +83,12 @@ class Plant:
         `force_n` (3, N, base frame) acts on the tip's origin during this step.
         """
         if force_n is None:
-            self._step(pwm, enabled, None)
+            self._step(pwm, enabled)
             return
-        push_nm, point_m = self.rigid.pushed(self.x[self._body], force_n)
-        self._step(pwm, enabled, push_nm)
+        push = self.state[kernel.PUSH]
+        push[self._body], point_m = self.rigid.pushed(self.x[self._body], force_n)
+        self._step(pwm, enabled)
+        push[:] = 0.0
         self.rigid.feel_push(force_n, point_m)
 
     def tip_pose(self) -> tuple[Vector, Vector]:
@@ -97,75 +99,74 @@ class Plant:
         """Torques that the motors exert on the joints at the end of the last step."""
         return self.drives.torque_nm(self.pwm, self.dx)
 
-    def current_a(self) -> Vector:
-        """Currents of the motors at the end of the last step, in the sense of the PWM."""
-        return self.drives.current_a(self.pwm, self.dx)
-
-    def _step(self, pwm: Vector, enabled: Switches, push_nm: Vector | None) -> None:
-        drives, opposing, dx = self.drives, self._opposing, self.dx
+    def _step(self, pwm: Vector, enabled: Switches) -> None:
+        drives, rigid = self.drives, self.rigid
         if enabled.tobytes() != drives.enabled.tobytes():
-            drives.power(enabled)
+            self._power(enabled)
         self.pwm[:] = pwm
-        tau = drives.torque_nm(self.pwm, dx)
-        np.abs(dx, out=opposing)
-        np.maximum(opposing, self._slip, out=opposing)
-        np.divide(drives.coulomb_nm, opposing, out=opposing)
-        opposing += drives.viscous_nms_rad
-        outside = self._outside
-        np.less(self.x, self._low_stop, out=outside[0])
-        np.greater(self.x, self._high_stop, out=outside[1])
-        if outside.any():
-            self._press_stops(opposing, tau)
-        if len(self.mechanisms.tendon):
-            self.mechanisms.pull(tau, opposing, self._step_s)
-        if push_nm is not None:
-            tau[self._body] += push_nm
-        self._accelerate(tau, opposing)
-        self._feel()
-        self._advance()
-
-    def _accelerate(self, tau: Vector, opposing: Vector) -> None:
-        drives, body, inertia = self.drives, self._body, self._change
-        np.multiply(opposing, self._dt, out=inertia)
-        inertia += drives.inertia_diagonal
-        opposing *= self.dx
-        tau -= opposing
-        if len(self.driven.at):
-            inertia[self.driven.at] = WALL_KG_M2
-            tau[self.driven.at] = WALL_KG_M2 * self.driven.follow(self.x, self.dx)
-        if self.mechanisms.others:
-            np.divide(tau, inertia + self.mechanisms.own_kg_m2, out=self.ddx)
-        off = drives.inertia_kg_m2[self._off_diagonal]
-        self.ddx[body] = self.rigid.accelerate(
-            self.x[body], self.dx[body], tau[body], inertia[body], off
+        led = len(self.driven.at) > 0
+        accelerations = self.driven.follow(self.x, self.dx) if led else None
+        kernel.load(
+            self.state,
+            self.constants,
+            drives.links,
+            drives.shares,
+            self._columns,
+            rigid.motion,
+            self._step_s,
         )
-
-    def _feel(self) -> None:
-        """Find the wrenches between the sensors' sides from the motion at the start of the step."""
-        body = self._body
-        self.rigid.feel(self.x[body], self.dx[body], self.ddx[body])
-
-    def _advance(self) -> None:
-        change = self._change
-        np.multiply(self.ddx, self._dt, out=change)
-        self.dx += change
-        np.multiply(self.dx, self._dt, out=change)
-        self.x += change
+        if accelerations is not None:
+            self._lead(accelerations)
+        self._feel(rigid.accelerate(self._off))
+        kernel.advance(self.state, self._step_s)
         self._show()
 
-    def _show(self) -> None:
-        if len(self.mechanisms.tendon):
-            self.mechanisms.show(self.x, self.dx, self.q_rad, self.dq_rad_s)
+    def _lead(self, accelerations: Vector) -> None:
+        """Let the driven axes accelerate as told, whatever the others do."""
+        at = self.driven.at
+        self.ddx[at] = accelerations
+        columns = self._columns[at]
+        inside = columns >= 0
+        self.rigid.motion[kernel.ARMATURE, columns[inside]] = WALL_KG_M2
+        self.rigid.motion[kernel.TAU, columns[inside]] = WALL_KG_M2 * accelerations[inside]
 
-    def _press_stops(self, opposing: Vector, tau: Vector) -> None:
-        """Add spring and damper of every hard stop that a joint stands in, implicit as friction."""
-        for i in np.flatnonzero(self._outside[0] | self._outside[1]).tolist():
-            stop = self._low_stop[i] if self._outside[0, i] else self._high_stop[i]
-            inside = self.x[i] - stop
-            tau[i] -= STOP_NM_RAD * inside
-            opposing[i] += STOP_NM_RAD * self._step_s
-            if inside * self.dx[i] > 0.0:  # a stop does not hold back what leaves it
-                opposing[i] += STOP_NMS_RAD
+    def _feel(self, accelerations: Vector) -> None:
+        """Take over the bodies' accelerations, and find what the sensors feel of the motion."""
+        rigid = self.rigid
+        kernel.spread(self.state, accelerations, self._columns, self._cut_columns, rigid.cut_motion)
+        rigid.feel()
+
+    def _show(self) -> None:
+        hands = self.mechanisms
+        tables = hands.tendons
+        kernel.pull(
+            self.state, hands.tendon, tables.wound_rad, tables.table, self.q_rad, self.dq_rad_s
+        )
+
+    def _power(self, enabled: Switches) -> None:
+        drives, constants = self.drives, self.constants
+        drives.power(enabled)
+        constants[kernel.BRAKING_NMS_RAD] = drives.braking_nms_rad
+        constants[kernel.BRAKING_AS_RAD] = drives.braking_as_rad
+        constants[kernel.INERTIA_DRIVE] = drives.inertia_diagonal
+        self._off: Vector = drives.inertia_kg_m2[self._off_diagonal]
+
+    def _constants(self) -> Matrix:
+        drives, mechanisms = self.drives, self.mechanisms
+        constants: Matrix = np.zeros((kernel.CONSTANT_ROWS, len(self.joints)))
+        constants[kernel.NM_PER_COUNT] = drives.nm_per_count
+        constants[kernel.A_PER_COUNT] = drives.a_per_count
+        constants[kernel.COULOMB_NM] = drives.coulomb_nm
+        constants[kernel.VISCOUS_NMS_RAD] = drives.viscous_nms_rad
+        constants[kernel.INERTIA_OWN] = mechanisms.own_kg_m2
+        constants[kernel.LOW_STOP], constants[kernel.HIGH_STOP] = mechanisms.stops_rad
+        return constants
+
+    def _spread(self, columns: Indices, axes: int) -> Indices:
+        """Columns of a model by axis, -1 for axes that are not in it."""
+        spread = np.full(axes, -1, dtype=np.intp)
+        spread[self._body] = columns
+        return spread
 
 
 def _coupled(

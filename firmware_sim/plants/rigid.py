@@ -30,7 +30,9 @@ Pairs = Sequence[tuple[int, int]]
 class RigidBodies:
     """Links and joints of the URDF, in some motion, and the wrenches at the sensors.
 
-    `wrenches[i]` is what the limb beyond sensor i exerts on the near side (6: N then Nm).
+    Callers write `motion` and `cut_motion`, a row per quantity; joint i of those handed in stands
+    in column `columns[i]` or `cut_columns[i]`. `wrenches[i]` is what the limb beyond sensor i
+    exerts on the near side (6: N then Nm).
     """
 
     def __init__(
@@ -47,13 +49,13 @@ class RigidBodies:
         frozen = [self._cut.getJointId(frame) for frame in sensor_frames]
         self._model = pin.buildReducedModel(self._cut, frozen, pin.neutral(self._cut))
         self._data, self._cut_data = self._model.createData(), self._cut.createData()
-        self._at = joint_columns(self._model, joints)
-        self._cut_at = joint_columns(self._cut, joints)
+        self.columns = joint_columns(self._model, joints)
+        self.cut_columns = joint_columns(self._cut, joints)
+        self.motion: Matrix = np.zeros((4, self._model.nv))  # q, dq, tau, added to the diagonal
+        self.cut_motion: Matrix = np.zeros((3, self._cut.nv))  # q, dq, ddq
         self._armature = self._model.armature  # a live view, as are M and the wrenches
         self._M = self._data.M
-        self._pairs = _pair_columns(self._at, coupled)
-        self._q, self._dq, self._tau = (np.zeros(self._model.nv) for _ in range(3))
-        self._cut_state = [np.zeros(self._cut.nv) for _ in range(3)]
+        self._pairs = _pair_columns(self.columns, coupled)
         self._tip = frame_index(self._model, spec.tip_frame)
         tip = self._cut.frames[frame_index(self._cut, spec.tip_frame)]
         before_tip = set(self._cut.supports[tip.parentJoint])
@@ -62,42 +64,36 @@ class RigidBodies:
         self._near_on_far = [self._cut_data.f[i].vector for i in frozen]
         self.wrenches: Matrix = np.zeros((len(frozen), 6))
 
-    def accelerate(
-        self, q_rad: Vector, dq_rad_s: Vector, tau_nm: Vector, diagonal: Vector, off: Vector
-    ) -> Vector:
-        """Joint accelerations under these torques.
+    def accelerate(self, off_diagonal: Vector) -> Vector:
+        """Accelerations under the torques of `motion`, in the order of its columns.
 
-        `diagonal` (n) is added to the joints' inertia, `off` to that between the coupled pairs.
+        `off_diagonal` is added to the inertia between the coupled pairs.
         """
         if self.n == 0:
-            return tau_nm
-        at, q, dq, tau = self._at, self._q, self._dq, self._tau
-        q[at], dq[at], tau[at] = q_rad, dq_rad_s, tau_nm
-        self._armature[at] = diagonal
+            return np.zeros(0)
+        q, dq, tau, diagonal = self.motion
+        self._armature[:] = diagonal
         pin.crba(self._model, self._data, q)
+        if len(off_diagonal):
+            self._M[self._pairs] += off_diagonal
         tau -= pin.nonLinearEffects(self._model, self._data, q, dq)
-        if len(off):
-            self._M[self._pairs] += off
         pin.cholesky.decompose(self._model, self._data)
-        ddq: Vector = pin.cholesky.solve(self._model, self._data, tau)[at]
+        ddq: Vector = pin.cholesky.solve(self._model, self._data, tau)
         return ddq
 
-    def feel(self, q_rad: Vector, dq_rad_s: Vector, ddq_rad_s2: Vector) -> None:
-        """Find the wrenches between the sensors' sides in a motion."""
-        at, (q, dq, ddq) = self._cut_at, self._cut_state
-        q[at], dq[at], ddq[at] = q_rad, dq_rad_s, ddq_rad_s2
+    def feel(self) -> None:
+        """Find the wrenches between the sensors' sides in `cut_motion`."""
+        q, dq, ddq = self.cut_motion
         pin.rnea(self._cut, self._cut_data, q, dq, ddq)
         if self._near_on_far:
             np.negative(self._near_on_far, out=self.wrenches)
 
     def pushed(self, q_rad: Vector, force_n: Vector) -> tuple[Vector, Vector]:
         """Joint torques of a force (3, N, base frame) on the tip's origin, and that origin."""
-        self._q[self._at] = q_rad
-        J = pin.computeFrameJacobian(
-            self._model, self._data, self._q, self._tip, pin.LOCAL_WORLD_ALIGNED
-        )
+        q = self._posture(q_rad)
+        J = pin.computeFrameJacobian(self._model, self._data, q, self._tip, pin.LOCAL_WORLD_ALIGNED)
         place = pin.updateFramePlacement(self._model, self._data, self._tip)
-        return J[:3, self._at].T @ force_n, place.translation.copy()
+        return J[:3, self.columns].T @ force_n, place.translation.copy()
 
     def feel_push(self, force_n: Vector, point_m: Vector) -> None:
         """Add to the wrenches just felt those of a force on a point of the tip's body."""
@@ -111,11 +107,15 @@ class RigidBodies:
 
     def tip_pose(self, q_rad: Vector) -> tuple[Vector, Vector]:
         """Position (3, m) and rotation vector (3, rad) of the tip frame in the base frame."""
-        self._q[self._at] = q_rad
-        pin.forwardKinematics(self._model, self._data, self._q)
+        pin.forwardKinematics(self._model, self._data, self._posture(q_rad))
         place = pin.updateFramePlacement(self._model, self._data, self._tip)
         rotation_rad: Vector = pin.log3(place.rotation)
         return place.translation.copy(), rotation_rad
+
+    def _posture(self, q_rad: Vector) -> Vector:
+        q: Vector = np.zeros(self._model.nv)
+        q[self.columns] = q_rad
+        return q
 
     def inertial_points(self, frames: Sequence[str]) -> "InertialPoints":
         """The motion of points of the links, as of the last `feel`."""

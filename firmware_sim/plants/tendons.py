@@ -29,7 +29,7 @@ TOP_BYTE = 255.0
 
 
 class Tendons:
-    """All tendons of a robot: what is wound in, tensions and finger angles out."""
+    """All tendons of a robot: tables of what is wound, and finger angles from tensions."""
 
     def __init__(self, axes: Sequence[AxisSpec]) -> None:
         self.fingers: tuple[FingerSpec, ...] = tuple(f for axis in axes for f in axis.fingers)
@@ -40,25 +40,11 @@ class Tendons:
         self._compliance: Vector = np.array([1.0 / f.spring_nm_rad for f in self.fingers])
         self._weight = _weights(axes)
         n, corners = len(axes), 3 + 2 * max((len(axis.fingers) for axis in axes), default=0)
-        self._wound: Matrix = np.full((n, corners), np.inf)
-        self._table: NDArray[np.float64] = np.zeros((n, corners, 4))
-        self._rows = np.arange(n)
+        # Corners of the tables: what is wound, and there tension, its slope, angle, its slope.
+        self.wound_rad: Matrix = np.full((n, corners), np.inf)
+        self.table: NDArray[np.float64] = np.zeros((n, corners, 4))
         for i in range(n):
             self._tabulate(i)
-        self.angle_rad: Vector = np.zeros(n)
-        self.angle_per_wound: Vector = np.zeros(n)
-
-    def pull(self, wound_rad: Vector) -> tuple[Vector, Vector]:
-        """Tension of each tendon, N m, and its slope; leaves `angle_rad` of the whole fingers."""
-        at = (self._wound <= wound_rad[:, None]).sum(axis=1)
-        at -= 1
-        row = self._table[self._rows, at]
-        beyond = wound_rad - self._wound[self._rows, at]
-        beyond[at == 0] = 0.0  # slack
-        self.angle_rad = row[:, 2] + row[:, 3] * beyond
-        self.angle_per_wound = row[:, 3]
-        tension: Vector = row[:, 0] + row[:, 1] * beyond
-        return tension, row[:, 1]
 
     def finger_rad(self, tension_nm: Vector) -> Vector:
         """Angle of every finger joint under these tensions."""
@@ -69,9 +55,9 @@ class Tendons:
 
     def wound_at(self, index: int, angle_rad: float) -> float:
         """What has to be wound for the fingers of one tendon to stand at an angle."""
-        corners = self._table[index, 1:, 2]
-        known = np.isfinite(self._wound[index, 1:])
-        return float(np.interp(angle_rad, corners[known], self._wound[index, 1:][known]))
+        corners = self.table[index, 1:, 2]
+        known = np.isfinite(self.wound_rad[index, 1:])
+        return float(np.interp(angle_rad, corners[known], self.wound_rad[index, 1:][known]))
 
     def block(self, name: str, angle_rad: float | None) -> None:
         """Put an object before a finger joint, at an angle; None takes it away.
@@ -88,7 +74,7 @@ class Tendons:
         self._tabulate(int(self._of[k]))
 
     def _tabulate(self, index: int) -> None:
-        """Corners of one tendon: wound, and there tension, its slope, angle, its slope."""
+        """Work out the corners of one tendon; before the first it is slack."""
         own = np.flatnonzero(self._of == index)
         low, stop, compliance = self._low[own], self._stop[own], self._compliance[own]
         leaves = PRELOAD_RAD / compliance
@@ -99,15 +85,15 @@ class Tendons:
         wound = angles.sum(axis=1) + tensions / TENDON_NM_RAD
         seen = angles @ self._weight[own]
         last = len(tensions) - 1  # the far corner only gives the slope before it
-        self._wound[index] = np.inf
-        self._wound[index, 0] = -np.inf
-        self._table[index] = 0.0
-        self._table[index, 0, 2] = seen[0]
-        self._wound[index, 1 : last + 1] = wound[:-1]
-        self._table[index, 1 : last + 1, 0] = tensions[:-1]
-        self._table[index, 1 : last + 1, 1] = np.diff(tensions) / np.diff(wound)
-        self._table[index, 1 : last + 1, 2] = seen[:-1]
-        self._table[index, 1 : last + 1, 3] = np.diff(seen) / np.diff(wound)
+        self.wound_rad[index] = np.inf
+        self.wound_rad[index, 0] = -np.inf
+        self.table[index] = 0.0
+        self.table[index, 0, 2] = seen[0]
+        self.wound_rad[index, 1 : last + 1] = wound[:-1]
+        self.table[index, 1 : last + 1, 0] = tensions[:-1]
+        self.table[index, 1 : last + 1, 1] = np.diff(tensions) / np.diff(wound)
+        self.table[index, 1 : last + 1, 2] = seen[:-1]
+        self.table[index, 1 : last + 1, 3] = np.diff(seen) / np.diff(wound)
 
 
 class Halls:

@@ -1,9 +1,13 @@
 """Fingers on tendons: tensions, stops, things in the hand, and what the Hall sensors read."""
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
 from firmware_sim.description import AxisSpec, FingerSpec
+from firmware_sim.plants import kernel
 from firmware_sim.plants.tendons import PRELOAD_RAD, TENDON_NM_RAD, Halls, Tendons
 
 SPRING = 0.02
@@ -30,10 +34,32 @@ TIP = FingerSpec(name="tip", range_deg=(0.0, 80.0), hall=(5,), spring_nm_rad=2 *
 DISTAL = tendon(MIDDLE, TIP)
 
 
+class Pulled(NamedTuple):
+    """A tendon at some place: tension (Nm) and its slope, angle of its fingers and its slope."""
+
+    tension: float
+    slope: float
+    angle: float
+    angle_slope: float
+    fingers_deg: list[float]
+
+
+def pull(hand: Tendons, wound_rad: float) -> Pulled:
+    state = np.zeros((kernel.STATE_ROWS, 1))
+    state[kernel.X], state[kernel.DX] = wound_rad, 1.0
+    angle, speed = np.zeros(1), np.zeros(1)
+    at = np.zeros(1, dtype=np.intp)
+    kernel.pull(state, at, hand.wound_rad, hand.table, angle, speed)
+    tension = state[kernel.PULL]
+    fingers = np.degrees(hand.finger_rad(tension)).tolist()
+    slope = float(state[kernel.PULL_SLOPE, 0])
+    return Pulled(float(tension[0]), slope, float(angle[0]), float(speed[0]), fingers)
+
+
 def wound(hand: Tendons, degrees: float) -> tuple[float, list[float]]:
     """Tension and finger angles (deg) where so much is wound."""
-    tension, _ = hand.pull(np.radians([degrees]))
-    return float(tension[0]), np.degrees(hand.finger_rad(tension)).tolist()
+    pulled = pull(hand, math.radians(degrees))
+    return pulled.tension, pulled.fingers_deg
 
 
 def test_slack_tendon_leaves_the_fingers_open() -> None:
@@ -45,11 +71,10 @@ def test_stiffer_finger_closes_half_as_fast() -> None:
     hand = Tendons([DISTAL])
     tension = SPRING * (1.0 + PRELOAD_RAD)
     tip = tension / (2 * SPRING) - PRELOAD_RAD
-    pulled = np.degrees(1.0 + tip + tension / TENDON_NM_RAD)
-    got, fingers = wound(hand, pulled)
-    assert got == pytest.approx(tension)
-    assert fingers == pytest.approx([np.degrees(1.0), np.degrees(tip)])
-    assert hand.angle_rad == pytest.approx([1.0 + tip])
+    pulled = pull(hand, 1.0 + tip + tension / TENDON_NM_RAD)
+    assert pulled.tension == pytest.approx(tension)
+    assert pulled.fingers_deg == pytest.approx([np.degrees(1.0), np.degrees(tip)])
+    assert pulled.angle == pytest.approx(1.0 + tip)
 
 
 def test_closed_finger_only_stretches_the_tendon() -> None:
@@ -77,18 +102,18 @@ def test_unknown_finger_is_refused() -> None:
 
 def test_what_is_wound_at_an_angle_gives_that_angle() -> None:
     hand = Tendons([DISTAL])
-    hand.pull(np.array([hand.wound_at(0, np.radians(110.0))]))
-    assert np.degrees(hand.angle_rad) == pytest.approx([110.0])
+    pulled = pull(hand, hand.wound_at(0, math.radians(110.0)))
+    assert math.degrees(pulled.angle) == pytest.approx(110.0)
 
 
 def test_slope_of_the_tension_is_its_derivative_in_every_segment() -> None:
     hand = Tendons([DISTAL])
     for degrees in (1.0, 20.0, 120.0, 175.0, 300.0):
-        at, slope = hand.pull(np.radians([degrees]))
-        angle, per_wound = hand.angle_rad.copy(), hand.angle_per_wound.copy()
-        after, _ = hand.pull(np.radians([degrees]) + 1e-6)
-        assert (after - at) / 1e-6 == pytest.approx(slope, rel=1e-4)
-        assert (hand.angle_rad - angle) / 1e-6 == pytest.approx(per_wound, rel=1e-4, abs=1e-6)
+        at = pull(hand, math.radians(degrees))
+        after = pull(hand, math.radians(degrees) + 1e-6)
+        assert (after.tension - at.tension) / 1e-6 == pytest.approx(at.slope, rel=1e-4)
+        turned = (after.angle - at.angle) / 1e-6
+        assert turned == pytest.approx(at.angle_slope, rel=1e-4, abs=1e-6)
 
 
 def test_hall_bytes_add_up_to_the_position_of_the_axis() -> None:
@@ -111,5 +136,4 @@ def test_hall_byte_stays_a_byte() -> None:
 def test_joint_that_no_sensor_sees_does_not_count_in_the_angle() -> None:
     little = FingerSpec(name="little", range_deg=(0.0, 90.0), spring_nm_rad=SPRING)
     hand = Tendons([tendon(MIDDLE, little)])
-    hand.pull(np.radians([400.0]))
-    assert np.degrees(hand.angle_rad) == pytest.approx([90.0])
+    assert math.degrees(pull(hand, math.radians(400.0)).angle) == pytest.approx(90.0)
