@@ -140,6 +140,6 @@ def estimate_speed(row: Row, position: int, slot: int) -> None:
     row[HISTORY + slot] = position
     row[MOVED] = moved
     if row[SCALES_SPEED] != 0:
-        shift = min(row[SPEED_SHIFT], _MOST_SPEED_BITS)
-        moved = divide(saturate_i32(moved) << shift, row[SPEED_WINDOW])
+        shift = min(row[SPEED_SHIFT], _MOST_SPEED_BITS)  # 33 bits and 31 more are 64
+        moved = divide(moved << shift, row[SPEED_WINDOW])
     row[SPEED] = saturate_i16(moved)

@@ -28,6 +28,7 @@ def _advance_move(row: Row) -> None:
     delta: int = row[DELTA]
     progress = delta
     if elapsed < total:
+        # Floating point, cut towards zero: exact integers would need some 250 bits.
         s = elapsed / total
         progress = int(delta * (s * s * s * (10.0 - 15.0 * s + 6.0 * (s * s))))
     row[REFERENCE] += progress - row[PROGRESS]

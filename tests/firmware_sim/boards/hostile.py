@@ -44,11 +44,11 @@ SETTINGS: dict[int, Range] = {
 }
 """What commands may write, and how far."""
 
-INPUTS: dict[int, tuple[Range, Range]] = {
-    f.RAW_ENCODER: ((-3000, 3000), (-(1 << 40), 1 << 40)),
-    f.CURRENT_MA: ((-7100, 7100), I32),
+INPUTS: dict[int, tuple[Range, float, Range]] = {
+    f.RAW_ENCODER: ((-3000, 3000), 0.1, (-(1 << 40), 1 << 40)),
+    f.CURRENT_MA: ((-7100, 7100), 0.005, I32),
 }
-"""What the wires carry: as a rule, and seldom."""
+"""What the wires carry as a rule, how likely it is something else, and what that is."""
 
 SELDOM = 0.005
 FAULTS = (f.EXTERNAL_FAULT, f.ENCODER_FAULT, f.HALL_FAULT, f.OVERHEATED)
@@ -89,8 +89,8 @@ class Hostile:
         for word in range(f.PARTNER_DUTY_0, f.PARTNER_POSITION_1 + 1):
             bank.boards[:, word] = self._draw(I16)
         for row in bank.rows:
-            for word, spans in INPUTS.items():
-                row[word] = self._draw(spans[self._seldom()])
+            for word, (usual, likelihood, far) in INPUTS.items():
+                row[word] = self._draw(far if self._draws.random() < likelihood else usual)
             for word in FAULTS:
                 row[word] = self._seldom()
             if now_ms % COMMAND_PERIOD == 0:

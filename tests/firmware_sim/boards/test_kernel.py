@@ -10,7 +10,11 @@ import pytest
 from firmware_sim import compiled
 from firmware_sim.boards import fields as f
 from firmware_sim.boards import modes
-from firmware_sim.boards.kernel import has_law
+from firmware_sim.boards.kernel import control, finish, has_law, rebase, supervise
+from firmware_sim.boards.kernel_law import step_limited
+from firmware_sim.boards.kernel_modes import fault, idle, switch_off
+from firmware_sim.boards.kernel_reference import advance
+from firmware_sim.boards.warm import warm
 from tests.firmware_sim.boards.hostile import TICKS, Hostile, outcome
 
 SEEDS = (1, 2, 3, 4)
@@ -67,6 +71,12 @@ def test_whatever_the_gains_the_bridge_stays_inside_its_limit() -> None:
         saturated += int(np.count_nonzero(errors >= 0x7FFF))
     assert driven > TICKS
     assert saturated > TICKS
+
+
+def test_warming_up_compiles_everything_that_python_calls() -> None:
+    warm()
+    doors = (control, finish, supervise, rebase, advance, step_limited, idle, fault, switch_off)
+    assert [door for door in doors if not getattr(door, "signatures", ())] == []
 
 
 def test_compiled_modes_are_those_that_a_host_may_ask_for_and_the_move_of_calibration_4() -> None:
