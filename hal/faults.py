@@ -7,7 +7,7 @@ from typing import NamedTuple
 logger = logging.getLogger(__name__)
 
 REPEAT_NS = 1_000_000_000  # one report per second and cause
-KEPT = 32  # a whole robot has much to say when its emergency button is pressed
+KEPT = 96  # a whole robot says 73 things when its emergency button is pressed
 KEPT_CAUSES = 256  # boards can print anything
 
 

@@ -6,6 +6,7 @@ steps leave with the next step.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import islice
 from typing import TypeVar, overload
 
 from hal.buses.bus import FrameBus
@@ -28,6 +29,7 @@ Sample = TypeVar("Sample")
 
 KEPT_LOOP_TIMES = 4096
 KEPT_SAMPLES = 256
+TOLD_FAULTS = 32  # in a status; fault_events has all that are kept
 FRESH_NS = 100_000_000
 
 
@@ -124,12 +126,13 @@ class Robot:
         """Phase, faults, counters, and the torque_loop_ms samples since the previous call."""
         machine, faults = self._machine, self._machine.faults
         lines = machine.lines.values()
+        skipped = max(0, len(faults.events) - TOLD_FAULTS)
         loop_ms, self._loop_ms = tuple(self._loop_ms), []
         return HalStatus(
             phase=self.phase,
             calibrated=all(self.joints.calibrated),
             compliant=tuple(axis.name for axis in machine.axes if axis.is_compliant),
-            faults=tuple(fault.text for fault in faults.events),
+            faults=tuple(fault.text for fault in islice(faults.events, skipped, None)),
             fault_count=faults.count,
             frames_received=sum(line.frames_received for line in lines),
             frames_sent=sum(line.frames_sent for line in lines),
