@@ -109,12 +109,12 @@ def _digital_absolute(axis: Axis, target: int, speed: int, offset: int) -> None:
         return
     unit = axis.node.unit
     peers = axis.peers
-    if not peers and not _may_move(axis):
-        return
     if 0 <= offset < ENCODER_TICKS:
         axis.encoder_offset = offset
         axis.rebase()
     if not peers:
+        if not _may_move(axis):
+            return
         _start(axis)
         axis.calibrated = True
         axis.reference.start_move(target, speed)

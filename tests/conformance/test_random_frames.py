@@ -66,29 +66,45 @@ def unlocks(board: Board, frame: Frame) -> bool:
     return can_id & 0xF == board.addresses[0] and can_id < 0x100 and data[:1] in GAINS
 
 
-@pytest.mark.parametrize("name", sorted(MOTOR_BOARDS))
-def test_no_frames_move_an_axis_that_did_not_pass_the_gate(name: str) -> None:
-    draw = random.Random(name)
-    board = make_board(MOTOR_BOARDS[name])
-    sent: list[Frame] = []
+def storm(board: Board, draw: random.Random, steps: int) -> tuple[list[int], int]:
+    """Random frames for so many milliseconds: how often each axis had power, and frames sent."""
     moved = [0] * len(board.axes)
-    for _ in range(BOARD_STEPS):
+    sent = 0
+    for _ in range(steps):
         for _ in range(FRAMES_PER_STEP):
             frame = motor_noise(draw, board)
             if board.accepts(frame[0]) and not unlocks(board, frame):
                 board.on_frame(*frame)
         for port in board.ports:
             port.raw_encoder = draw.randrange(0x1000)
-        sent += board.tick()
+        for can_id, data in board.tick():
+            assert 0 <= can_id < 0x800
+            assert len(data) <= 8
+            sent += 1
         for number, port in enumerate(board.ports):
             moved[number] += port.enabled or port.pwm != 0
+    return moved, sent
 
+
+@pytest.mark.parametrize("name", sorted(MOTOR_BOARDS))
+def test_no_frames_move_an_axis_that_did_not_pass_the_gate(name: str) -> None:
+    board = make_board(MOTOR_BOARDS[name])
+    moved, sent = storm(board, random.Random(name), BOARD_STEPS)
     locked = {board.axes[LOCKED], *board.axes[LOCKED].peers}
     for axis in board.axes:
         assert (moved[axis.number] == 0) == (axis in locked), moved
-    assert len(sent) > BOARD_STEPS / 4
-    assert all(0 <= can_id < 0x800 and len(data) <= 8 for can_id, data in sent)
+    assert sent > BOARD_STEPS / 4
     assert min(board.dropped[cause] for cause in ("length", "unknown", "management", "mode")) > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(MOTOR_BOARDS))
+def test_a_million_frames_do_not_either(name: str) -> None:
+    board = make_board(MOTOR_BOARDS[name])
+    steps = 1_000_000 // FRAMES_PER_STEP // len(MOTOR_BOARDS) + 1
+    moved, _ = storm(board, random.Random(f"long {name}"), steps)
+    for axis in (board.axes[LOCKED], *board.axes[LOCKED].peers):
+        assert moved[axis.number] == 0
 
 
 @pytest.mark.parametrize("name", sorted(MOTOR_BOARDS))
