@@ -8,6 +8,8 @@ logger = logging.getLogger(__name__)
 
 REPEAT_NS = 1_000_000_000  # one report per second and cause
 KEPT = 96  # a whole robot says 73 things when its emergency button is pressed
+COUNTED_CAUSES = 100  # apart from each other: any bytes may come from a bus
+OTHER = "other causes"
 KEPT_CAUSES = 256  # boards can print anything
 
 
@@ -49,12 +51,18 @@ class FaultLog:
 
     def drop(self, cause: str) -> None:
         """Count a received frame that could not be used."""
-        self.drops[cause] = self.drops.get(cause, 0) + 1
+        _count(self.drops, cause, 1)
 
     def refuse(self, cause: str, count: int = 1) -> None:
         """Count commands that were not carried out."""
-        self.refusals[cause] = self.refusals.get(cause, 0) + count
+        _count(self.refusals, cause, count)
 
     def clamp(self, cause: str) -> None:
         """Count a set-point that was sent, but not as given."""
-        self.clamps[cause] = self.clamps.get(cause, 0) + 1
+        _count(self.clamps, cause, 1)
+
+
+def _count(counts: dict[str, int], cause: str, more: int) -> None:
+    if cause not in counts and len(counts) >= COUNTED_CAUSES:
+        cause = OTHER
+    counts[cause] = counts.get(cause, 0) + more
