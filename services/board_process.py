@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import can
 
+from firmware_sim.boards.warm import warm
 from firmware_sim.plants.bench import BenchRig
 from hal.buses.bus import FrameBus
 from hal.buses.python_can import PythonCanBus
@@ -106,6 +107,7 @@ def run_board(
     boards = process_row("boards")
     scheduler = request_scheduling(boards.fifo_priority, boards.nice)
     clock = RealClock()
+    warm()
     with open_bus(plugged, wire, clock) as (bus, where):
         check_address(plugged, bus, clock)
         board = PluggedBoard(plugged, bus, seed)
