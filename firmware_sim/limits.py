@@ -6,12 +6,13 @@ limits on purpose.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
+Switches = NDArray[np.bool_]
 
 TOLERANCE_DEG = 0.2
 
@@ -21,24 +22,30 @@ class LimitCounter:
 
     def __init__(self, limit_deg: Sequence[tuple[float, float]]) -> None:
         self.ticks = [0] * len(limit_deg)
-        self.waiting = list(range(len(limit_deg)))  # joints that are not yet held to their limits
-        self._inside = [(math.radians(low), math.radians(high)) for low, high in limit_deg]
+        self._held: Switches = np.zeros(len(limit_deg), dtype=np.bool_)
+        inside = np.radians(np.array(limit_deg).reshape(-1, 2))
+        self._inside = inside.T.copy()
         tolerance_rad = math.radians(TOLERANCE_DEG)
-        self._low: Vector = np.array([low - tolerance_rad for low, _ in self._inside])
-        self._high: Vector = np.array([high + tolerance_rad for _, high in self._inside])
+        self._low: Vector = inside[:, 0] - tolerance_rad
+        self._high: Vector = inside[:, 1] + tolerance_rad
+        self.all_held = False
 
-    def admit(self, q_rad: Vector, is_calibrated: Callable[[int], bool]) -> None:
+    @property
+    def waiting(self) -> list[int]:
+        """Joints that are not yet held to their limits."""
+        waiting: list[int] = np.flatnonzero(~self._held).tolist()
+        return waiting
+
+    def admit(self, q_rad: Vector, calibrated: Switches) -> None:
         """Hold those joints to their limits that are calibrated and inside them."""
-        self.waiting = [
-            i
-            for i in self.waiting
-            if not (is_calibrated(i) and self._inside[i][0] <= q_rad[i] <= self._inside[i][1])
-        ]
+        low, high = self._inside
+        self._held |= calibrated & (q_rad >= low) & (q_rad <= high)
+        self.all_held = bool(self._held.all())
 
     def step(self, q_rad: Vector) -> None:
         """Count one tick of every joint."""
         outside = (q_rad < self._low) | (q_rad > self._high)
+        outside &= self._held
         if outside.any():
             for i in np.flatnonzero(outside).tolist():
-                if i not in self.waiting:
-                    self.ticks[i] += 1
+                self.ticks[i] += 1

@@ -50,8 +50,7 @@ class Rig:
         readout = with_motor_encoders(encoder_readout(moved, boards), moved, speeds)
         self._gauges = Gauges(moved, readout, self.plant)
         own = [(i, axis) for i, axis in enumerate(moved) if not axis.driven]
-        self._axes = [self._network.axis(axis) for _, axis in own]
-        self._own = [i for i, _ in own]
+        self._own = np.array([i for i, _ in own], dtype=np.intp)
         self._every_axis = self._network.axes()
         self._wires = self._wire(own, len(moved))
         self._senses = Senses(spec, self._network, self.plant)
@@ -154,13 +153,13 @@ class Rig:
         return (x, y, z), (a, b, c)
 
     def _wire(self, own: Sequence[tuple[int, AxisSpec]], axes: int) -> Wires:
-        rows, ports = {}, {}
+        rows, foreign = {}, {}
         for i, axis in own:
             if isinstance(self.board(axis.bus, axis.address), MotorBoard):
                 rows[i] = self._network.row(axis)
             else:
-                ports[i] = self._network.axis(axis).port
-        return Wires(self._network.bank, rows, ports, axes)
+                foreign[i] = self._network.axis(axis)
+        return Wires(self._network.bank, rows, foreign, axes)
 
     def _wake(self, spec: RigSpec) -> None:
         """Let the boards boot where the joints stand."""
@@ -192,12 +191,9 @@ class Rig:
         angles = self.plant.q_rad
         if len(self._own) < len(angles):
             angles = angles[self._own]
-        if self._limits.waiting:
-            self._limits.admit(angles, self._is_calibrated)
+        if not self._limits.all_held:
+            self._limits.admit(angles, self._wires.calibrated()[self._own])
         self._limits.step(angles)
-
-    def _is_calibrated(self, own: int) -> bool:
-        return self._axes[own].calibrated
 
 
 def _coupling(axis: AxisSpec, axes: Sequence[AxisSpec], network: Network) -> CoupledBoard | None:

@@ -7,8 +7,9 @@ from math import floor
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_sim.boards.axis import AxisPort
+from firmware_sim.boards.axis_state import Axis
 from firmware_sim.boards.bank import AxisBank
+from firmware_sim.boards.fields import CALIBRATED
 from firmware_sim.description import AxisSpec
 from firmware_sim.motor import Switches
 from firmware_sim.plants import kernel
@@ -62,16 +63,17 @@ class Gauges:
 
 
 class Wires:
-    """The wires of some axes. Most boards keep theirs in a bank; one that does not has ports."""
+    """The wires of some axes: most are rows of a bank, those of foreign boards are objects."""
 
     def __init__(
-        self, bank: AxisBank, rows: Mapping[int, int], ports: Mapping[int, AxisPort], axes: int
+        self, bank: AxisBank, rows: Mapping[int, int], foreign: Mapping[int, Axis], axes: int
     ) -> None:
-        """`rows` and `ports` have the axis's number, one of `axes`, as their key."""
+        """`rows` and `foreign` have the axis's number, one of `axes`, as their key."""
         self._bank = bank
         self._at = np.array(list(rows), dtype=np.intp)
         self._rows = np.array(list(rows.values()), dtype=np.intp)
-        self._ports = ports
+        self._foreign = foreign
+        self._calibrated: Switches = np.zeros(axes, dtype=np.bool_)
         self._pwm: Vector = np.zeros(axes)
         self._enabled: Switches = np.zeros(axes, dtype=np.bool_)
 
@@ -80,19 +82,27 @@ class Wires:
         counts, milliamperes = shown
         self._bank.raw_encoder[self._rows] = counts[self._at]
         self._bank.current_ma[self._rows] = milliamperes[self._at]
-        for i, port in self._ports.items():
-            port.raw_encoder = int(counts[i])
-            port.current_ma = int(milliamperes[i])
+        for i, axis in self._foreign.items():
+            axis.port.raw_encoder = int(counts[i])
+            axis.port.current_ma = int(milliamperes[i])
 
     def command(self) -> tuple[Vector, Switches]:
         """PWM counts of the motors, zero where the bridge is off, and which bridges are on."""
         pwm, enabled = self._pwm, self._enabled
         pwm[self._at] = self._bank.port_pwm[self._rows]
         enabled[self._at] = self._bank.port_enabled[self._rows]
-        for i, port in self._ports.items():
-            pwm[i], enabled[i] = port.pwm, port.enabled
+        for i, axis in self._foreign.items():
+            pwm[i], enabled[i] = axis.port.pwm, axis.port.enabled
         pwm *= enabled
         return pwm, enabled
+
+    def calibrated(self) -> Switches:
+        """Axes that their boards call calibrated."""
+        calibrated = self._calibrated
+        calibrated[self._at] = self._bank.rows[self._rows, CALIBRATED]
+        for i, axis in self._foreign.items():
+            calibrated[i] = axis.calibrated
+        return calibrated
 
 
 def resting_counts(axis: AxisSpec) -> int:

@@ -5,20 +5,11 @@ import numpy as np
 from firmware_sim.limits import LimitCounter
 
 
-def always(joint: int) -> bool:
-    return joint >= 0
-
-
-def never(joint: int) -> bool:
-    return joint < 0
-
-
 def counted(angles_deg: list[float], calibrated_from: int = 0) -> int:
     counter = LimitCounter([(-10.0, 20.0)])
     for tick, angle in enumerate(angles_deg):
         q_rad = np.radians([angle])
-        if counter.waiting:
-            counter.admit(q_rad, always if tick >= calibrated_from else never)
+        counter.admit(q_rad, np.array([tick >= calibrated_from]))
         counter.step(q_rad)
     return counter.ticks[0]
 
@@ -41,9 +32,9 @@ def test_joint_is_not_counted_before_its_board_calls_it_calibrated() -> None:
 
 def test_joint_counts_from_the_tick_in_which_it_is_calibrated_inside_its_limits() -> None:
     counter = LimitCounter([(-10.0, 20.0)])
-    counter.admit(np.radians([25.0]), always)
+    counter.admit(np.radians([25.0]), np.array([True]))
     assert counter.waiting == [0]
-    counter.admit(np.radians([19.0]), always)
+    counter.admit(np.radians([19.0]), np.array([True]))
     assert counter.waiting == []
     counter.step(np.radians([25.0]))
     assert counter.ticks == [1]
@@ -51,7 +42,7 @@ def test_joint_counts_from_the_tick_in_which_it_is_calibrated_inside_its_limits(
 
 def test_joints_are_counted_apart() -> None:
     counter = LimitCounter([(-1.0, 1.0), (-2.0, 2.0)])
-    counter.admit(np.zeros(2), always)
+    counter.admit(np.zeros(2), np.ones(2, dtype=np.bool_))
     counter.step(np.radians([1.5, 1.5]))
     assert counter.ticks == [1, 0]
     assert counter.waiting == []

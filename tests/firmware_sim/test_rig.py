@@ -72,7 +72,7 @@ def make(monkeypatch: pytest.MonkeyPatch, exact_spec: RigSpec) -> RigSpec:
 
 
 def drive(rig: Rig, joint: int, pwm: int, ticks: int) -> None:
-    port = rig._wires._ports[joint]
+    port = rig._wires._foreign[joint].port
     port.pwm, port.enabled = pwm, True
     for _ in range(ticks):
         rig.step({})
