@@ -11,6 +11,8 @@ from hal.wire import analog, motor
 from hal.wire.can import CLASS_ANALOG_POLLING, CLASS_MOTOR_POLLING, HOST, frame_id
 
 COLLISION_NS = 5_000_000  # two answers to one question come within this
+# Two equal answers prove nothing: questions that waited in a controller's queue while no board had
+# power all leave, and are answered, at once.
 
 Version = tuple[int, ...]  # values of FIRMWARE_FIELDS
 
@@ -18,7 +20,7 @@ Version = tuple[int, ...]  # values of FIRMWARE_FIELDS
 class Record:
     """State of one board."""
 
-    __slots__ = ("heard_ns", "reason", "shaking_hands", "since_ns", "state", "twin", "version")
+    __slots__ = ("heard_ns", "reason", "since_ns", "state", "twin", "version")
 
     def __init__(self) -> None:
         self.state = "missing"
@@ -26,8 +28,7 @@ class Record:
         self.since_ns = 0
         self.version: Version | None = None
         self.heard_ns: int | None = None  # the last answer to the handshake under way
-        self.shaking_hands = False
-        self.twin: Version | None = None  # a second, different or simultaneous answer
+        self.twin: Version | None = None  # a second, different answer
 
 
 class Inventory:
@@ -54,7 +55,7 @@ class Inventory:
             return
         record = self.records[board.board.name]
         together = record.heard_ns is not None and stamp_ns - record.heard_ns <= COLLISION_NS
-        if together and (record.shaking_hands or version[:4] != (record.version or ())[:4]):
+        if together and version[:4] != (record.version or ())[:4]:
             record.twin = version
             text = f"{board_name(board.board)}: {self.collision(board)}"
             self._faults.report(stamp_ns, text, text)
@@ -76,14 +77,12 @@ class Inventory:
     def ask(self, board: HostBoard) -> None:
         """A handshake begins."""
         record = self.records[board.board.name]
-        record.shaking_hands = True
         record.twin = None
         record.heard_ns = None  # the answer to the question before is no second one to this
 
     def note(self, board: HostBoard, state: str, now_ns: int, reason: str = "") -> None:
         """A board is in a state: ok, missing, wrong, silent or restarted."""
         record = self.records[board.board.name]
-        record.shaking_hands = False
         if (state, reason) != (record.state, record.reason):
             record.since_ns = now_ns if state != record.state else record.since_ns
             record.state, record.reason = state, reason

@@ -89,7 +89,7 @@ class Scanner:
         self._now_ns = now_ns
         self._heard: dict[int, _Heard] = {}
         self._answered: set[int] = set()  # addresses, since the last question
-        self._asks_alone = True  # no other host asks for versions
+        self._asks_alone = True  # each version is asked for once
         self.refused = ""  # why the discovery was not sent
 
     def scan(self, *, discover: bool = False, force: bool = False) -> Scan:
@@ -106,9 +106,10 @@ class Scanner:
         return tuple(self._found(address) for address in sorted(self._heard))
 
     def _ask(self, address: int) -> Generator[None, None, None]:
-        for _ in range(TRIES):
+        for attempt in range(TRIES):
             self._answered.clear()
-            self._asks_alone = True
+            # A question of before may have waited in the controller's queue.
+            self._asks_alone = attempt == 0
             self._bus.send_frames(
                 [
                     motor.GET_FIRMWARE_VERSION.request(address, 0, *motor.HOST_PROTOCOL),

@@ -164,6 +164,16 @@ def test_finds_two_boards_at_one_address_while_it_opens() -> None:
     assert "two boards answer at one address" in script.robot.status().faults[-1]
 
 
+def test_one_board_that_answers_twice_is_no_collision() -> None:
+    """Questions that waited while no board had power leave all at once."""
+    script = Script()
+    script.tick(21)
+    script.say("010 5B04025057010601", "010 5B04025057010601")
+    script.open()
+
+    assert script.robot.phase == "idle"
+
+
 def test_opens_within_half_a_second() -> None:
     script = Script()
     script.open()
