@@ -166,3 +166,14 @@ def test_tells_every_bit_of_a_status(script: Script, data: str, text: str) -> No
     script.tick()
 
     assert any(fault.endswith(text) for fault in script.robot.status().faults)
+
+
+def test_names_the_torques_whose_absence_made_an_axis_fault(script: Script) -> None:
+    script.say("11C 10")  # roll is compliant, and stays so
+    script.tick(200)
+    script.status(0x113, 0x01, 0xA0)
+    script.tick()
+
+    assert (
+        "roll in hardware fault: no joint torques for too long" in script.robot.status().faults[-1]
+    )
