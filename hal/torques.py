@@ -7,7 +7,7 @@ until every board has confirmed it.
 
 from collections.abc import Sequence
 
-from hal.axis import Axis
+from hal.axis import POWERED, Axis
 from hal.faults import FaultLog
 from hal.line import Line
 from hal.stalls import Stalls
@@ -117,8 +117,13 @@ def is_force_controlled(axis: Axis) -> bool:
 
 
 def make_stiff(axis: Axis) -> None:
-    """Leave force control or open loop with this step, reference at the present position."""
+    """Leave force control or open loop with this step, reference at the present position.
+
+    An axis that this host has not switched on is switched off.
+    """
     axis.send(motor.SET_INTERACTION_MODE, InteractionMode.STIFF)
     if axis.mode in (ControlMode.TORQUE, ControlMode.OPENLOOP):
-        axis.wanted_mode = ControlMode.POSITION
-        axis.send(motor.SET_CONTROL_MODE, ControlMode.POSITION)
+        # Position mode switches on an axis that is off, and the board's last word may be wrong.
+        asked_for = axis.wanted_mode in POWERED
+        axis.wanted_mode = ControlMode.POSITION if asked_for else ControlMode.IDLE
+        axis.send(motor.SET_CONTROL_MODE, axis.wanted_mode)

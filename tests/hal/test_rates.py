@@ -44,7 +44,12 @@ def test_a_duty_cycle_stays_below_the_pwm_limit() -> None:
 
 
 def test_leaves_open_loop_when_the_set_points_stop() -> None:
-    script = in_mode(0x50)
+    script = in_mode(0x01)
+    task = script.robot.request("mode", ["roll"], "pwm")
+    script.tick()
+    script.status(0x113, 0x01, 0x50)
+    script.tick(2)
+    assert task.ok
     script.robot.set_duties([ROLL], [1.0])
     sent = script.tick(130)
 

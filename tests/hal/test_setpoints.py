@@ -199,7 +199,12 @@ def test_clamps_a_torque_to_the_full_scale(script: Script) -> None:
 
 
 def test_leaves_torque_mode_when_set_points_stop(script: Script) -> None:
+    script.torques()
+    task = script.robot.request("mode", ["pitch", "roll"], "torque")
+    script.tick()
     robot = torque(script)
+    script.tick()
+    assert task.ok
     sent: list[str] = []
     for _ in range(120):
         script.torques()
@@ -207,3 +212,14 @@ def test_leaves_torque_mode_when_set_points_stop(script: Script) -> None:
 
     assert sent[:4] == ["001 7400", "001 0901", "001 F400", "001 8901"]
     assert robot.status().faults[0] == "no torque set-point for 0.1 s: pitch to position mode"
+
+
+def test_switches_off_an_axis_in_torque_mode_that_it_has_not_switched_on(script: Script) -> None:
+    torque(script)
+    sent: list[str] = []
+    for _ in range(120):
+        script.torques()
+        sent += commands(script.tick())
+
+    # Position mode would switch it on, should the board's word be wrong.
+    assert sent[:4] == ["001 7400", "001 0900", "001 F400", "001 8900"]
