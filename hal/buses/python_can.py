@@ -34,6 +34,7 @@ class PythonCanBus:
             ) from error
         self._now_ns = clock.now_ns
         self._lost = 0
+        self._filters: CanFilters | None = None
 
     @property
     def frames_lost(self) -> int:
@@ -69,13 +70,20 @@ class PythonCanBus:
                 break
             if message is None:
                 break
-            if not _foreign(message):  # is_rx says nothing: SocketCAN's is False for every frame
+            # is_rx says nothing: SocketCAN's is False for every frame
+            if not _foreign(message) and self._passes(message.arbitration_id):
                 frames.append((message.arbitration_id, bytes(message.data), stamp_ns))
         return frames
 
     def set_filters(self, filters: CanFilters | None = None) -> None:
-        """See FrameBus."""
-        self._bus.set_filters(filters)
+        """See FrameBus. Not python-can's: there a frame filtered out looks like an empty queue."""
+        self._filters = filters
+
+    def _passes(self, can_id: int) -> bool:
+        filters = self._filters
+        return filters is None or any(
+            (can_id ^ entry["can_id"]) & entry["can_mask"] == 0 for entry in filters
+        )
 
     def shutdown(self) -> None:
         """See FrameBus."""

@@ -23,6 +23,18 @@ def test_socketcan_is_the_default_where_the_interfaces_are_up(
     assert "vcan0, vcan2" in reason
 
 
+def test_real_boards_on_an_interface_that_is_up_make_the_transport_mixed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(up, "interfaces_up", lambda names: tuple(names) == ("can2",))
+    real = up.real_interfaces(load_robot("icub@real"))
+    assert real == tuple(f"can{number}" for number in range(10))
+    can, reason = up.choose_can(None, ("vcan0", "can2"), ("can2",))
+    assert can == "mixed"
+    assert reason == "real boards are on can2; the others over zenoh"
+    assert up.choose_can(None, ("vcan0", "can3"), ("can3",))[0] == "zenoh"
+
+
 def test_emulated_boards_run_where_the_site_has_some() -> None:
     assert up.rows_for(load_robot("icub:reach")) == PROCESSES
     names = [row.name for row in up.rows_for(load_robot("icub:reach@real"))]
