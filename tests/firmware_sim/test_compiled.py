@@ -10,6 +10,7 @@ from typing import cast
 from firmware_sim.compiled import compiled
 
 PROGRAM = """
+{before}
 from door import doubled
 print(doubled(5), sum(doubled.stats.cache_hits.values()))
 """
@@ -32,14 +33,14 @@ def doubled(value: int) -> int:
 """
 
 
-def run(folder: Path, factor: int) -> list[int]:
-    """What the program prints when the helper's constant has this value."""
+def run(folder: Path, factor: int, before: str = "") -> list[int]:
+    """What the program prints when the helper's constant has this value, and the cache's hits."""
     (folder / "helper.py").write_text(HELPER.format(factor=factor))
     (folder / "door.py").write_text(DOOR)
     os.utime(folder / "door.py", (1, 1))  # numba looks at the file that it compiled, at no other
     roots = os.pathsep.join((str(folder), str(Path(__file__).parents[2])))
     done = subprocess.run(
-        [sys.executable, "-B", "-c", PROGRAM],
+        [sys.executable, "-B", "-c", PROGRAM.format(before=before)],
         env=os.environ | {"NUMBA_CACHE_DIR": str(folder / "cache"), "PYTHONPATH": roots},
         capture_output=True,
         text=True,
@@ -52,6 +53,11 @@ def test_the_cache_forgets_what_uses_a_changed_constant(tmp_path: Path) -> None:
     assert run(tmp_path, 3) == [30, 0]
     assert run(tmp_path, 3) == [30, 1]
     assert run(tmp_path, 4) == [40, 0]
+
+
+def test_the_cache_does_not_care_what_else_was_compiled_before(tmp_path: Path) -> None:
+    assert run(tmp_path, 3) == [30, 0]
+    assert run(tmp_path, 3, before="import firmware_sim.boards.kernel") == [30, 1]
 
 
 def test_code_that_cannot_be_kept_on_disk_is_compiled_all_the_same() -> None:
