@@ -163,8 +163,9 @@ class MotorBoard:
             if made:
                 self._replies = []
             made = self._transmit.step(made)
-            if self._transmit.overran:
-                self._transmit.overran = False
+            if self._transmit.lost:
+                self.dropped["transmit"] += self._transmit.lost
+                self._transmit.lost = 0
                 self._report(can_status=_TX_OVERRUN)
         if self.loop_overrun:
             self.loop_overrun = False

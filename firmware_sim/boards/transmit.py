@@ -21,7 +21,7 @@ _KEEPS_ORDER = REGISTERS + 1  # so few need no more than one place in the buffer
 class TransmitBuffer:
     """Frames on their way out of one board."""
 
-    __slots__ = ("_buffer", "_is_faithful", "_registers", "overran")
+    __slots__ = ("_buffer", "_is_faithful", "_registers", "lost")
 
     def __init__(self, *, is_faithful: bool = True) -> None:
         """A buffer that is not faithful keeps every frame, in order."""
@@ -32,7 +32,7 @@ class TransmitBuffer:
         """Forget what has not left."""
         self._registers: list[Frame] = []
         self._buffer: list[Frame] = []
-        self.overran = False  # since whoever reports it looked
+        self.lost = 0  # frames, since whoever reports it looked
 
     def step(self, made: list[Frame]) -> list[Frame]:
         """One millisecond: frames that the program made, in order; frames that leave, in order."""
@@ -53,8 +53,8 @@ class TransmitBuffer:
             self._registers.append(frame)
             return
         if len(self._buffer) == BUFFER_FRAMES:
+            self.lost += len(self._buffer)
             self._buffer.clear()
-            self.overran = True
         self._buffer.append(frame)
 
     def _send_one(self, sent: list[Frame]) -> None:
