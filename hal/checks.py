@@ -4,11 +4,13 @@ from collections.abc import Collection
 
 from hal.axis import Axis
 from hal.boards.settings import axis_settings
+from hal.couplings import PARTNERS
 from hal.description import Board, Joint, RobotDescription
 from hal.errors import DescriptionError
-from hal.registry import board_type
+from hal.registry import board_type, motor_board_type
 from hal.wire.analog import CHANNELS
 from hal.wire.layout import WireError
+from hal.wire.motor_periodic import PID_VAL, POSITION, STATUS
 
 
 def check_boards(description: RobotDescription, buses: Collection[int]) -> None:
@@ -30,6 +32,20 @@ def check_boards(description: RobotDescription, buses: Collection[int]) -> None:
                 f"board {board.name}: {len(board.broadcast)} broadcast masks; "
                 f"a {board.type} needs {addresses}"
             )
+        for mask in board.broadcast if used else ():
+            _check_mask(board, mask)
+
+
+def _check_mask(board: Board, mask: int) -> None:
+    """The HAL lives on POSITION and STATUS; the boards of a shoulder on each other's PID_VAL."""
+    needed = [POSITION, STATUS]
+    if board.firmware[1] in PARTNERS:
+        needed.append(PID_VAL)
+    missing = [message.name for message in needed if not mask & message.mask_bit]
+    if missing:
+        raise DescriptionError(
+            f"board {board.name}: broadcast mask 0x{mask:02X} lacks {', '.join(missing)}"
+        )
 
 
 def check_joints(description: RobotDescription) -> None:
@@ -65,6 +81,12 @@ def check_settings(description: RobotDescription, axes: Collection[Axis]) -> Non
         DescriptionError: with the joint, the command and the value.
     """
     for axis in axes:
+        highest_ma = motor_board_type(owner_of(description, axis.joint).type).max_current_ma
+        if not 0 < axis.joint.current_limit_ma <= highest_ma:
+            raise DescriptionError(
+                f"joint {axis.name}: current_limit_ma {axis.joint.current_limit_ma} "
+                f"is not within 1 and {highest_ma}, which is what its board takes"
+            )
         for row, values in axis_settings(axis, description):
             try:
                 row.request(axis.address, axis.number, *values)

@@ -106,9 +106,19 @@ DESCRIPTION = RobotDescription(
             zero_deg=-74.0,
             min_deg=-50.0,
             max_deg=85.0,
+            current_limit_ma=1000,
             calibration=Calibration(type=0, p1=900, p2=-20, p3=0, startup_pwm=1333, order=2),
         ),
-        joint("wrist", 4, 0, ticks_per_deg=-11.375, zero_deg=-180.0, min_deg=-20.0, max_deg=25.0),
+        joint(
+            "wrist",
+            4,
+            0,
+            ticks_per_deg=-11.375,
+            zero_deg=-180.0,
+            min_deg=-20.0,
+            max_deg=25.0,
+            current_limit_ma=800,
+        ),
     ),
     sensors=(
         ForceTorqueSensor(

@@ -76,3 +76,20 @@ def test_refuses_masks_that_do_not_fit_the_addresses_of_a_board() -> None:
     assert refusal(msgspec.structs.replace(DESCRIPTION, boards=boards)) == (
         "board r_forearm: 1 broadcast masks; a dc4 needs 2"
     )
+
+
+def test_refuses_a_current_that_the_board_would_not_take() -> None:
+    assert refusal(with_joints(joint("a", 3, 0, current_limit_ma=1601))) == (
+        "joint a: current_limit_ma 1601 is not within 1 and 1600, which is what its board takes"
+    )
+
+
+def test_refuses_masks_without_which_the_host_or_a_partner_board_is_blind() -> None:
+    def with_mask(mask: int) -> RobotDescription:
+        shoulder = msgspec.structs.replace(DESCRIPTION.boards[0], broadcast=(mask,))
+        return msgspec.structs.replace(DESCRIPTION, boards=(shoulder, *DESCRIPTION.boards[1:]))
+
+    assert (
+        refusal(with_mask(0x72)) == "board r_shoulder: broadcast mask 0x72 lacks POSITION, STATUS"
+    )
+    assert refusal(with_mask(0x75)) == "board r_shoulder: broadcast mask 0x75 lacks PID_VAL"
