@@ -74,8 +74,7 @@ class Plant:
         self.dq_rad_s: Vector = np.zeros(n)
         self.constants = self._constants()
         self._power(self.drives.enabled)
-        self._show()
-        self._feel(np.zeros(self.rigid.motion.shape[1]))  # before the first step: weight at rest
+        self._stand()
 
     def step(self, pwm: Vector, enabled: Switches, force_n: Vector | None = None) -> None:
         """Advance by one step under these PWM counts; zero where the bridge is off.
@@ -99,25 +98,35 @@ class Plant:
         """Torques that the motors exert on the joints at the end of the last step."""
         return self.drives.torque_nm(self.pwm, self.dx)
 
+    def _stand(self) -> None:
+        """Stand at rest, with everything compiled: no board waits for it in the first step."""
+        self._load()
+        kernel.advance(self.state, 0.0)
+        self.ddx[:] = 0.0
+        self._show()
+        self._feel(np.zeros(self.rigid.motion.shape[1]))
+
+    def _load(self) -> None:
+        kernel.load(
+            self.state,
+            self.constants,
+            self.drives.links,
+            self.drives.shares,
+            self._columns,
+            self.rigid.motion,
+            self._step_s,
+        )
+
     def _step(self, pwm: Vector, enabled: Switches) -> None:
-        drives, rigid = self.drives, self.rigid
-        if enabled.tobytes() != drives.enabled.tobytes():
+        if enabled.tobytes() != self.drives.enabled.tobytes():
             self._power(enabled)
         self.pwm[:] = pwm
         led = len(self.driven.at) > 0
         accelerations = self.driven.follow(self.x, self.dx) if led else None
-        kernel.load(
-            self.state,
-            self.constants,
-            drives.links,
-            drives.shares,
-            self._columns,
-            rigid.motion,
-            self._step_s,
-        )
+        self._load()
         if accelerations is not None:
             self._lead(accelerations)
-        self._feel(rigid.accelerate(self._off))
+        self._feel(self.rigid.accelerate(self._off))
         kernel.advance(self.state, self._step_s)
         self._show()
 
