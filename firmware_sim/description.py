@@ -53,7 +53,7 @@ class AxisSpec:
     mechanism: Literal["body", "single", "tendon"] = "body"
     inertia_kg_m2: float = 0.0  # single: what turns, joint side, rotor apart
     fingers: tuple[FingerSpec, ...] = ()  # tendon: what it pulls
-    motor_ticks_per_deg: float = -3.0  # tendon: its motor's encoder, per degree wound; assumed
+    motor_ticks_per_deg: float = 3.0  # tendon: its motor's encoder, per degree wound; assumed
     driven: bool = False  # its board runs elsewhere: POSITION frames say where the joint is
 
 

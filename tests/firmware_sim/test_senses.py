@@ -186,4 +186,4 @@ def test_motors_encoder_counts_what_it_winds(rig: Rig) -> None:
     rig.step({})
     wound_deg = np.degrees(rig.plant.x[-1] - before)
     assert wound_deg > 10.0
-    assert port.raw_encoder == pytest.approx(-3.0 * wound_deg, abs=30.0)  # one step older
+    assert port.raw_encoder == pytest.approx(3.0 * wound_deg, abs=30.0)  # one step older
