@@ -85,7 +85,10 @@ def switches_off(address: int, can_id: int, data: bytes) -> bool:
 
 def manage(node: Node, can_id: int, data: bytes, board_type: int, build: int) -> list[Frame]:
     """Answers of the application to a class 7 frame."""
-    if low_of(can_id) not in (node.address, EVERYBODY) or source_of(can_id) or not data:
+    if low_of(can_id) not in (node.address, EVERYBODY) or source_of(can_id):
+        return []
+    if not data:
+        node.dropped["length"] += 1
         return []
     code = data[0]
     if code == management.DISCOVER.code:
