@@ -11,7 +11,7 @@ from hal.machine import Machine
 from hal.tasks import Sequence, together
 
 DRAIN_NS = 20_000_000
-FIRST_FRAMES_NS = 100_000_000
+FIRST_FRAMES_NS = 500_000_000
 PATIENCE_NS = 10_000_000_000  # boards, or the process that emulates them, may start after the host
 OPTIONAL_PATIENCE_NS = 1_000_000_000
 
