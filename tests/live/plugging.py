@@ -2,6 +2,7 @@
 
 import os
 import queue
+import shutil
 import signal
 import subprocess
 import sys
@@ -11,14 +12,15 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from services.cli.up import Can, Stack
+from services.config import robots_folder
 from services.core.clock import NS_PER_S, RealClock
 from services.messages import BoardStatus, RobotRequest
 from services.processes import HUB, PROCESSES
 from services.streams import ROBOT_CALL, ROBOT_STATUS
 
 ROOT = Path(__file__).resolve().parents[2]
-ROBOT = "icub:right_arm@bench"
-BOARD = "r_shoulder"
+SITE = "[boards]\ntorso_yaw = { simulated = false }\n"
+BOARD, JOINT = "torso_yaw", "torso_yaw"
 NEEDED = ("boards", "robot")
 NOT_YET = "not asked yet"  # the HAL's word before its first handshake
 PATIENCE_S = 60.0  # one slow core
@@ -27,9 +29,12 @@ PATIENCE_S = 60.0  # one slow core
 class Bench:
     """The stack, and what its HAL says of the board that is plugged in."""
 
-    def __init__(self, can: Can) -> None:
+    def __init__(self, can: Can, folder: Path) -> None:
+        """A torso, two boards on one bus, without one of them by a site file in `folder`."""
+        robot = shutil.copytree(robots_folder() / "icub", folder / "icub")
+        (robot / "sites" / "here.toml").write_text(SITE, "utf-8")
         rows = (HUB, *(row for row in PROCESSES if row.name in NEEDED))
-        self.stack = Stack(ROBOT, can=can, rows=rows)
+        self.stack = Stack(f"{robot / 'robot.toml'}:torso@here", can=can, rows=rows)
         self._clock = RealClock()
 
     def __enter__(self) -> "Bench":
@@ -117,23 +122,22 @@ class BoardRun:
 @contextmanager
 def board_run(*options: str) -> Iterator[BoardRun]:
     """The process, which does not outlive the test."""
-    run = BoardRun("--bus", "vcan2", "--address", "1", "--robot", "icub", *options)
+    run = BoardRun("--bus", "vcan0", "--address", "5", "--robot", "icub", *options)
     try:
         yield run
     finally:
         run.stop(signal.SIGKILL)
 
 
-def plug_pull_and_plug_back(can: Can) -> None:
+def plug_pull_and_plug_back(can: Can, folder: Path) -> None:
     """What must be true of a board that comes, goes and comes back, over any transport."""
-    with Bench(can) as bench:
+    with Bench(can, folder) as bench:
         with board_run("--type", "bll") as board:
             board.until("streams started")
             bench.until("restarted", "needs calibration")
-            joints = ("r_shoulder_pitch", "r_shoulder_roll")
-            bench.ask(RobotRequest(action="calibrate", joints=joints))
+            bench.ask(RobotRequest(action="calibrate", joints=(JOINT,)))
             bench.until("ok")
-            board.until("r_shoulder_pitch: calibrated")
+            board.until(f"{JOINT}: calibrated")
             assert board.stop(signal.SIGTERM) == 0
             assert board.lines[-1].startswith("unplugged after ")
         assert bench.until("silent").reason == "no POSITION"

@@ -1,11 +1,13 @@
 """Plugging a board into a SocketCAN interface, from a process of its own."""
 
+from pathlib import Path
+
 import pytest
 
 from hal.buses.socketcan import interfaces_up
 from tests.live.plugging import board_run, plug_pull_and_plug_back
 
-INTERFACE = "vcan2"
+INTERFACE = "vcan0"
 
 pytestmark = [
     pytest.mark.live,
@@ -15,13 +17,13 @@ pytestmark = [
 ]
 
 
-def test_a_board_is_plugged_pulled_and_plugged_back_over_vcan() -> None:
-    plug_pull_and_plug_back("socketcan")
+def test_a_board_is_plugged_pulled_and_plugged_back_over_vcan(tmp_path: Path) -> None:
+    plug_pull_and_plug_back("socketcan", tmp_path)
 
 
 def test_a_board_needs_no_stack_on_vcan() -> None:
     with board_run("--seconds", "1", "--status") as board:
-        board.until("r_shoulder: bll_ie, firmware 2.50")
-        board.until("silent, r_shoulder_pitch idle")
+        board.until("torso_yaw: bll_ie, firmware 2.54")
+        board.until("silent, torso_yaw idle")
         board.until("unplugged after 1.0 s")
         assert board.ended() == 0

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -10,22 +11,22 @@ from tests.live.plugging import PATIENCE_S, ROOT, Bench, board_run, plug_pull_an
 pytestmark = pytest.mark.live
 
 
-def test_a_board_is_plugged_pulled_and_plugged_back_over_zenoh() -> None:
-    plug_pull_and_plug_back("zenoh")
+def test_a_board_is_plugged_pulled_and_plugged_back_over_zenoh(tmp_path: Path) -> None:
+    plug_pull_and_plug_back("zenoh", tmp_path)
 
 
-def test_a_board_whose_address_is_taken_is_refused() -> None:
-    with Bench("zenoh") as bench, board_run() as first:
+def test_a_board_whose_address_is_taken_is_refused(tmp_path: Path) -> None:
+    with Bench("zenoh", tmp_path) as bench, board_run() as first:
         first.until("streams started")
         bench.until("restarted", "needs calibration")
         with board_run() as second:
-            second.until("error: somebody else sends as address 1 on bus 2")
+            second.until("error: somebody else sends as address 5 on bus 0")
             assert second.ended() == 2
         assert first.stop() == 0
 
 
-def test_a_board_ends_with_its_stack() -> None:
-    bench = Bench("zenoh")
+def test_a_board_ends_with_its_stack(tmp_path: Path) -> None:
+    bench = Bench("zenoh", tmp_path)
     with bench.stack, board_run() as board:
         board.until("streams started")
         bench.stack.stop()
