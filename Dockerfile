@@ -18,6 +18,7 @@ COPY dforc dforc
 COPY firmware_sim firmware_sim
 COPY robots robots
 RUN pip install --no-cache-dir --no-deps --no-build-isolation . \
+    && cd / && python -m services.warm \
     && useradd --create-home ulna
 
 USER ulna

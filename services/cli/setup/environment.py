@@ -68,6 +68,7 @@ def ensure(root: Path, kind: str) -> None:
         output = _install_lock(root, kind, turn)
         lend_openmp(root / ".venv")
         _install_project(root)
+        _compile(root)
         for each in LOCKS if kind == "dev" else (kind,):  # the dev lock contains the runtime lock
             stamp_file(root, each).write_text(wanted_stamp(root, each))
         say(f"set up in {(wall_ns() - start_ns) / NS_PER_S:.0f} s: {output.summary()}")
@@ -173,6 +174,21 @@ def _install_project(root: Path) -> None:
         raise EnvironmentSetupError(
             f"cannot install the checkout into .venv: {done.stderr.strip()[-600:]}"
         )
+
+
+def _compile(root: Path) -> None:
+    """Compile the boards' inner loop ahead; what does not work here, works at the first use."""
+    say("compiling the inner loop of the emulated boards (once)")
+    python = root / ".venv" / "bin" / "python"
+    done = subprocess.run(
+        [str(python), "-m", "services.warm"],
+        cwd=root,
+        capture_output=True,
+        text=True,
+        env=_pip_environment(),
+    )
+    if done.returncode != 0:
+        say(f"it could not be compiled ahead: {done.stderr.strip()[-300:]}")
 
 
 def _pip(root: Path) -> tuple[str, ...]:
