@@ -9,6 +9,7 @@ If the buses go away the boards fault as real ones do, and the limbs go limp.
 
 from collections.abc import Mapping
 
+from firmware_sim.boards.warm import warm
 from firmware_sim.network import RigError
 from firmware_sim.rig import Rig
 from firmware_sim.switch_table import FaultSpec, SwitchError
@@ -106,6 +107,7 @@ def build(context: Context) -> Boards:
     robot = load_robot(context.robot)
     buses = {bus.number: context.open_bus(bus.number, bus.channel) for bus in robot.buses.values()}
     rig = Rig(rig_spec(robot, context.seed))
+    warm()
     return Boards(rig, buses, robot.rates["plant_truth"].live_hz)
 
 
