@@ -4,6 +4,7 @@ import random
 from dataclasses import dataclass
 
 from benchmarks.can_noise import EXTENDED_IDS, STANDARD_IDS
+from benchmarks.quiet import quiet
 from benchmarks.rows import Row, at_least, at_most
 from benchmarks.whole_robot import WholeRobot
 from firmware_sim.boards.axis import AxisPort
@@ -68,8 +69,9 @@ def hal_rows(frames: int, seed: int) -> list[Row]:
     """What became of `frames` random ones between those of the emulated boards."""
     robot = WholeRobot("icub")
     try:
-        robot.open()
-        return _rows(robot, frames, random.Random(f"{seed} hal"))
+        with quiet():
+            robot.open()
+            return _rows(robot, frames, random.Random(f"{seed} hal"))
     finally:
         robot.close()
 
