@@ -9,13 +9,14 @@ from rich.table import Table
 
 from hal.registry import board_type
 from hal.scan import Found, Scanner, boards_at
+from hal.stocktaking import differences
 from hal.wire.management import BoardType
-from services.cli.can_buses import Tap, opened
+from services.cli.can_buses import NO_NUMBER, Tap, opened
 from services.cli.can_stats import wide_console
 from services.config import load_robot
 from services.core.clock import NS_PER_MS, Clock, RealClock
 from services.robot_tables import RobotFile
-from services.wiring import firmware_of
+from services.wiring import firmware_of, robot_description
 
 
 class Finding(NamedTuple):
@@ -152,6 +153,14 @@ def can_scan(
         found, refused = scan(taps, clock, discover=discover, force=force)
     rows = list(findings(robot_file, found))
     wide_console().print(table_of(rows))
-    for text in refused:
+    for text in (*refused, *remedies(robot_file, taps, found)):
         print(text, file=sys.stderr)
     return 1 if refused or any(row.note for row in rows) else 0
+
+
+def remedies(
+    robot: RobotFile, taps: Sequence[Tap], found: Mapping[str, Mapping[int, Found]]
+) -> list[str]:
+    """What is not as the robot file says, over all buses together, and what to do about it."""
+    heard = {tap.number: list(found[tap.name].values()) for tap in taps if tap.number != NO_NUMBER}
+    return [one.text for one in differences(heard, robot_description(robot))]

@@ -106,7 +106,7 @@ def test_a_wrong_site_file_is_refused(tmp_path: Path, site: str, expected: str) 
 
 
 def test_an_unknown_site_lists_the_known_ones() -> None:
-    with pytest.raises(ConfigError, match="known sites: real"):
+    with pytest.raises(ConfigError, match="known sites: bench, real"):
         load_robot("icub@moon")
 
 

@@ -6,7 +6,7 @@ from hal.buses.memory import MemoryBus
 from hal.scan import Found
 from hal.wire import analog, motor
 from hal.wire.can import Frame
-from services.cli.can_scan import Finding, findings, scan
+from services.cli.can_scan import Finding, findings, remedies, scan
 from services.core.clock import VirtualClock
 from tests.services.cli.can_bench import ROBOT, MakeWires
 
@@ -120,3 +120,17 @@ def test_buses_are_asked_at_the_same_time(make_wires: MakeWires) -> None:
 
 def by_bus(row: Finding) -> str:
     return row.bus
+
+
+def test_two_boards_that_changed_places_are_told_with_the_remedy(make_wires: MakeWires) -> None:
+    taps = make_wires("right_arm").taps
+    swapped = {
+        1: found(1, (4, 2, 0x57, 87, 1, 6, 1)),
+        2: found(2, SHOULDER),
+        3: found(3, (3, 2, 0x19, 87, 1, 6, 1)),
+        13: found(13, STRAIN),
+    }
+    (text,) = remedies(ROBOT, taps, {"right_arm": swapped})
+    assert "r_shoulder" in text
+    assert "r_elbow" in text
+    assert "swap" in text
