@@ -12,6 +12,10 @@ from tests.services.mixed import Mixed, without
 PITCH, ROLL = "r_shoulder_pitch", "r_shoulder_roll"
 TICK_RAD = math.radians(1 / 11.375)
 SHOULDER = ("right_arm", 1)
+BACK = ("restarted", "needs calibration")
+PROTOCOLS = dict.fromkeys(("bll_dc", "dc4"), "protocol 1.6") | dict.fromkeys(
+    ("strain", "imu", "mais", "mtb"), "protocol 1.0"
+)
 
 
 @pytest.fixture
@@ -27,7 +31,7 @@ def arm() -> Iterator[Mixed]:
 def plugged_arm(arm: Mixed) -> Mixed:
     """The same with the board plugged in and its joints calibrated."""
     arm.plug(*SHOULDER)
-    arm.until(lambda: arm.report("r_shoulder").state == "restarted", 3000)
+    arm.until(lambda: arm.report("r_shoulder").state in BACK, 3000)
     arm.ask("calibrate", (PITCH, ROLL))
     arm.tick(100)
     return arm
@@ -45,7 +49,7 @@ def test_the_stack_starts_without_the_board_and_says_so(arm: Mixed) -> None:
 
 def test_a_plugged_board_is_found_configured_and_idle(arm: Mixed) -> None:
     arm.plug(*SHOULDER)
-    arm.until(lambda: arm.report("r_shoulder").state == "restarted", 3000)
+    arm.until(lambda: arm.report("r_shoulder").state in BACK, 3000)
     arm.tick(100)
     report = arm.report("r_shoulder")
     assert (report.found_type, report.found_firmware) == (4, (0x02, 0x50))
@@ -107,7 +111,7 @@ def test_a_board_plugged_back_needs_calibration_and_the_others_do_not(plugged_ar
     arm.pull()
     arm.until(lambda: arm.report("r_shoulder").state == "silent", 200)
     arm.plug(*SHOULDER)
-    arm.until(lambda: arm.report("r_shoulder").state == "restarted", 3000)
+    arm.until(lambda: arm.report("r_shoulder").state in BACK, 3000)
     calibrated = dict(zip(arm.hal.joints.names, arm.hal.joints.calibrated, strict=True))
     assert (calibrated[PITCH], calibrated[ROLL], calibrated["r_elbow"]) == (False, False, True)
     arm.ask("calibrate", (PITCH, ROLL))
@@ -121,10 +125,37 @@ def test_a_board_with_another_firmware_is_named_and_its_successor_taken(arm: Mix
     assert "the robot file says 2.50" in arm.report("r_shoulder").reason
     arm.pull()
     arm.plug(*SHOULDER)
-    arm.until(lambda: arm.report("r_shoulder").state == "restarted", 3000)
+    arm.until(lambda: arm.report("r_shoulder").state in BACK, 3000)
 
 
-def test_a_plugged_force_torque_board_gives_samples() -> None:
+@pytest.mark.parametrize(
+    ("reference", "board", "silent_ms"),
+    [
+        ("icub:right_arm", "r_forearm", 100),  # dc4
+        ("icub:right_arm", "r_arm_strain", 100),
+        ("icub:head", "neck", 100),  # bll_dc
+        ("icub:head", "head_imu", 200),
+        ("icub:right_hand", "r_mais", 200),
+        ("icub:torso_skin", "torso_skin_1", 200),  # mtb
+    ],
+)
+def test_every_type_of_board_can_be_plugged_and_pulled(
+    reference: str, board: str, silent_ms: int
+) -> None:
+    robot = Mixed(without(reference, board))
+    robot.open()
+    assert robot.report(board).state == "missing"
+    table = robot.file.boards[board]
+    robot.plug(table.bus, table.address)
+    robot.until(lambda: robot.report(board).state in ("ok", *BACK), 3000)
+    assert robot.said == ["handshake accepted, " + PROTOCOLS[table.type], "streams started"]
+    robot.tick(200)
+    robot.pull()
+    assert robot.until(lambda: robot.report(board).state == "silent", 500) <= silent_ms
+    robot.close()
+
+
+def test_a_plugged_force_torque_board_weighs_the_arm_beyond_it() -> None:
     arm = Mixed(without("icub:right_arm", "r_arm_strain"))
     arm.open()
     sensor = arm.hal.description.sensors[0].name
@@ -133,7 +164,9 @@ def test_a_plugged_force_torque_board_gives_samples() -> None:
     arm.until(lambda: arm.report("r_arm_strain").state == "ok", 3000)
     arm.hal.take_samples(sensor)
     arm.tick(100)
-    assert len(arm.hal.take_samples(sensor)) == pytest.approx(100, abs=2)
-    arm.pull()
-    assert arm.until(lambda: arm.report("r_arm_strain").state == "silent", 500) <= 100
+    samples = arm.hal.take_samples(sensor)
+    assert len(samples) == pytest.approx(100, abs=2)
+    weights_n = [math.hypot(*sample.force_n) for sample in samples]
+    assert 10.0 < min(weights_n) <= max(weights_n) < 25.0  # 1.7 kg, and up to 2 N of offset
+    assert max(weights_n) - min(weights_n) < 1.0
     arm.close()
