@@ -25,6 +25,9 @@ HAND_JOINTS = {
     *("r_thumb_oppose", "r_thumb_proximal", "r_thumb_distal", "r_index_proximal"),
     *("r_index_distal", "r_middle_proximal", "r_middle_distal", "r_ring_little"),
 }
+LOWER = "r_shoulder_yaw"  # its board hears the frames of the shoulder's, and the other way round
+NO_SHOULDER = "r_shoulder_yaw in hardware fault: coupled board r_shoulder silent"
+NO_ELBOW = "r_shoulder_(pitch|roll) in hardware fault: coupled board r_elbow silent"
 RESTARTED = "has restarted; it is configured again"
 KEPT = "is back; it has kept its settings"
 
@@ -42,6 +45,8 @@ class Row:
 
     spec: FaultSpec
     told: tuple[str, ...]
+    partners: tuple[str, ...] = ()  # told too where the robot file couples the shoulder's boards
+    partners_after: tuple[str, ...] = ()
     may: tuple[str, ...] = ()  # said besides, or not
     within_ms: float = 100.0
     ms: int = 150
@@ -149,9 +154,10 @@ ARM_ROWS = (
     Row(
         spec=at("no_power", 2, 1),
         told=(silent(re.escape(SHOULDER)),),
+        partners=(NO_SHOULDER,),
         evidence="POSITION",
         boards={"r_shoulder"},
-        joints=SHOULDER_JOINTS,
+        joints=SHOULDER_JOINTS | {LOWER},
         after=(re.escape(f"{SHOULDER} {RESTARTED}, its axes are idle"),),
         after_ms=400,
     ),
@@ -161,9 +167,10 @@ ARM_ROWS = (
             silent(re.escape(ELBOW)),
             re.escape(f"{ELBOW} {RESTARTED}, its axes are idle"),
         ),
+        partners=(NO_ELBOW,),
         ms=400,
         boards={"r_elbow"},
-        joints=ELBOW_JOINTS,
+        joints=ELBOW_JOINTS | SHOULDER_JOINTS,
     ),
     Row(
         spec=at("reboot", 2, 13),
@@ -179,9 +186,11 @@ ARM_ROWS = (
     Row(
         spec=at("unplug", 2, 2),
         told=(silent(re.escape(ELBOW)),),
+        partners=(NO_ELBOW,),
         evidence="POSITION",
         boards={"r_elbow"},
-        joints=ELBOW_JOINTS,
+        joints=ELBOW_JOINTS | SHOULDER_JOINTS,
+        partners_after=("r_shoulder_yaw in hardware fault: .*",),  # it ran on and heard nobody
         after=(re.escape(f"{ELBOW} {KEPT}"),),
     ),
     Row(
@@ -200,10 +209,11 @@ ARM_ROWS = (
     Row(
         spec=at("bus_off", 2, 1),
         told=(silent(re.escape(SHOULDER)),),
+        partners=(NO_SHOULDER,),
         boards={"r_shoulder"},
-        joints=SHOULDER_JOINTS,
+        joints=SHOULDER_JOINTS | {LOWER},
         after=(
-            "r_shoulder_(pitch|roll) in hardware fault: CAN bus-off",
+            "r_shoulder_(pitch|roll) in hardware fault: (CAN bus-off|no fault bit.*)",
             re.escape(f"{SHOULDER}: CAN bus-off"),
             re.escape(f"{SHOULDER} {KEPT}"),
         ),
@@ -211,8 +221,10 @@ ARM_ROWS = (
     Row(
         spec=at("drop", 2, 1, can_id=0x111),
         told=(re.escape(SHOULDER) + " sends no POSITION for 0.09. s",),
+        partners=(NO_SHOULDER,),
         evidence="PID_VAL",
         boards={"r_shoulder"},
+        joints={LOWER},
         after=(re.escape(f"{SHOULDER} sends POSITION again"),),
     ),
     Row(
@@ -286,7 +298,7 @@ SKIN_ROWS = (
             re.escape(f"{SKIN} answers but sends no skin frames"),
         ),
         within_ms=135,  # three periods of 40 ms, looked for each 10 ms
-        ms=500,
+        ms=1000,
         boards={"r_hand_skin"},
         after=(re.escape(f"{SKIN} {RESTARTED}"),),
         after_ms=400,

@@ -10,7 +10,7 @@ from hal.boards.board import HostBoard
 from hal.wire.modes import ControlMode
 
 MS = 1_000_000
-STEP_RAD = 0.03
+STEP_RAD = 0.06
 USUAL_MS = 300  # long enough to see every board's slowest gap
 
 

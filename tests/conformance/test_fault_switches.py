@@ -66,10 +66,13 @@ def examine(row: Row, robot: Switched) -> None:
 def _examine(row: Row, robot: Switched) -> None:
     boards, joints = set(row.boards), set(row.joints)
     told = robot.on(row.spec, row.ms, boards, joints)
-    assert_told(told, row.told, row.may)
+    table = robot.robot.file.boards.get("r_shoulder")
+    coupled = table is not None and table.coupled
+    assert_told(told, row.told + (row.partners if coupled else ()), row.may)
     assert told[0].ms <= row.within_ms
     assert any(row.evidence in frame for report in told for frame in ("", *report.frames))
-    assert_told(robot.off(row.spec, row.after_ms, boards, joints), row.after)
+    back = robot.off(row.spec, row.after_ms, boards, joints)
+    assert_told(back, row.after + (row.partners_after if coupled else ()))
     assert robot.robot.rig.switches.on == ()
     robot.recover(sorted(joints))
     robot.assert_well()
