@@ -9,7 +9,6 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from hal.errors import HalError
-from services.board_process import Wire, run_board
 from services.config import load_robot
 from services.core.errors import ServiceError
 from services.plug import Place, addresses_of, plugged
@@ -59,6 +58,10 @@ def board_run(
     Returns:
         Exit status: 0 unplugged, 1 the stack has ended, 2 could not be plugged in.
     """
+    # Here and not above: the compiler behind the emulated boards takes a second to load, and every
+    # other verb of the command would wait for it.
+    from services.board_process import Wire, run_board
+
     try:
         place = Place(bus=bus or channel, address=address, type=type, firmware=firmware)
         chosen = plugged(load_robot(robot), place)
