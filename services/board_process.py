@@ -112,6 +112,8 @@ def run_board(
         check_address(plugged, bus, clock)
         board = PluggedBoard(plugged, bus, seed)
         say(f"{plugged.text}; on {where}, {scheduler}; Ctrl-C unplugs it")
+        for line in board.step():  # the first millisecond also loads the plant's arithmetic
+            say(line)
         freeze_garbage()
         paced = PacedClock(clock)
         last_tick = round(seconds * NS_PER_S / NS_PER_MS) or -1

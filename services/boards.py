@@ -108,6 +108,7 @@ def build(context: Context) -> Boards:
     buses = {bus.number: context.open_bus(bus.number, bus.channel) for bus in robot.buses.values()}
     rig = Rig(rig_spec(robot, context.seed))
     warm()
+    rig.step({})  # the first millisecond also loads the plant's arithmetic
     return Boards(rig, buses, robot.rates["plant_truth"].live_hz)
 
 
