@@ -9,6 +9,7 @@ logger = logging.getLogger(__name__)
 REPEAT_NS = 1_000_000_000  # one report per second and cause
 KEPT = 96  # a whole robot says 73 things when its emergency button is pressed
 COUNTED_CAUSES = 100  # apart from each other: any bytes may come from a bus
+APART = 40  # of those, members of a family
 OTHER = "other causes"
 KEPT_CAUSES = 256  # boards can print anything
 
@@ -49,8 +50,14 @@ class FaultLog:
         self.events.append(Fault(now_ns, text, frames))
         logger.warning("%s%s", text, "".join(f"\n    {frame}" for frame in frames))
 
-    def drop(self, cause: str) -> None:
-        """Count a received frame that could not be used."""
+    def drop(self, cause: str, family: str = "") -> None:
+        """Count a received frame that could not be used.
+
+        A `cause` of a `family` with many members, such as identifiers, is counted by itself while
+        there is room for it, and then with its family.
+        """
+        if family and cause not in self.drops and len(self.drops) >= APART:
+            cause = family
         _count(self.drops, cause, 1)
 
     def refuse(self, cause: str, count: int = 1) -> None:

@@ -157,7 +157,10 @@ class Line:
             entry = table.get(can_id)
             if entry is None:
                 self.errors += 1
-                self._faults.drop(f"unexpected identifier 0x{can_id:03X} on bus {self.number}")
+                self._faults.drop(
+                    f"unexpected identifier 0x{can_id:03X} on bus {self.number}",
+                    f"unexpected identifiers on bus {self.number}",
+                )
             else:
                 handler, trace = entry
                 trace.append(frame)

@@ -149,15 +149,18 @@ def test_counts_identifiers_that_nobody_should_send(script: Script) -> None:
     assert script.robot.status().drops == (("unexpected identifier 0x191 on bus 1", 1),)
 
 
-def test_counts_the_hundredth_and_every_further_cause_together(script: Script) -> None:
+def test_counts_the_fortieth_and_every_further_identifier_together(script: Script) -> None:
     for can_id in range(0x600, 0x700):
         script.say(f"{can_id:03X} 00")
     script.tick()
 
     drops = dict(script.robot.status().drops)
-    assert len(drops) == 101
-    assert drops["other causes"] == 156
+    assert len(drops) == 41
+    assert drops["unexpected identifiers on bus 1"] == 216
     assert script.robot.status().frames_dropped == 256
+    script.say("111 00")
+    script.tick()
+    assert dict(script.robot.status().drops)["POSITION of wrong length"] == 1
 
 
 def test_knows_when_a_joint_was_heard(script: Script) -> None:
