@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import can
 from can.typechecking import CanFilters
 
-from hal.buses.bus import MAX_STANDARD_ID, Clock
+from hal.buses.bus import Clock, frame_of
 from hal.errors import BusError
 from hal.wire.can import Frame, Received
 
@@ -15,7 +15,8 @@ MOST_AT_ONCE = 512  # frames taken in one call: a flood must not hold up the loo
 class PythonCanBus:
     """One opened python-can bus. Stamps are those of the reading: drivers' own are not comparable.
 
-    Frames that the iCub's protocol does not have (29-bit, remote, FD) are passed over.
+    Frames that the iCub's protocol does not have (29-bit, remote, FD) are passed over; `foreign`
+    counts them.
     """
 
     def __init__(self, interface: str, channel: str, clock: Clock) -> None:
@@ -33,6 +34,7 @@ class PythonCanBus:
                 f"interfaces: {known}"
             ) from error
         self._now_ns = clock.now_ns
+        self.foreign = 0
         self._lost = 0
         self._filters: CanFilters | None = None
 
@@ -71,8 +73,13 @@ class PythonCanBus:
             if message is None:
                 break
             # is_rx says nothing: SocketCAN's is False for every frame
-            if not _foreign(message) and self._passes(message.arbitration_id):
-                frames.append((message.arbitration_id, bytes(message.data), stamp_ns))
+            try:
+                can_id, data = frame_of(message)
+            except can.CanOperationError:
+                self.foreign += 1
+                continue
+            if self._passes(can_id):
+                frames.append((can_id, data, stamp_ns))
         return frames
 
     def set_filters(self, filters: CanFilters | None = None) -> None:
@@ -88,13 +95,3 @@ class PythonCanBus:
     def shutdown(self) -> None:
         """See FrameBus."""
         self._bus.shutdown()
-
-
-def _foreign(message: can.Message) -> bool:
-    return (
-        message.is_extended_id
-        or message.is_remote_frame
-        or message.is_error_frame
-        or message.is_fd
-        or message.arbitration_id > MAX_STANDARD_ID
-    )

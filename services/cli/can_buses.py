@@ -9,13 +9,11 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import NamedTuple
 
-import can
-from can.typechecking import CanFilters
-
-from hal.buses.bus import FrameBus, HostClock, frame_of
+from hal.buses.bus import FrameBus, HostClock
+from hal.buses.python_can import PythonCanBus
 from hal.buses.socketcan import SocketCanBus, interfaces_up
 from hal.errors import HalError
-from hal.wire.can import Frame, Received
+from hal.wire.can import Received
 from services.cli.can_names import BusNames
 from services.core.clock import Clock, RealClock
 from services.core.errors import ConfigError, NotRunningError, ServiceError
@@ -26,7 +24,6 @@ from services.robot_tables import RobotFile
 
 LOOK_EVERY_NS = 2_000_000
 NO_NUMBER = -1
-MOST_AT_ONCE = 1000
 
 
 class Tap(NamedTuple):
@@ -36,55 +33,6 @@ class Tap(NamedTuple):
     name: str
     bus: FrameBus
     names: BusNames
-
-
-class PlainBus:
-    """Any python-can bus as a FrameBus. Frames that the iCub's protocol has not are counted."""
-
-    def __init__(self, bus: can.BusABC, clock: Clock) -> None:
-        self._bus = bus
-        self._clock = clock
-        self.foreign = 0
-
-    @property
-    def frames_lost(self) -> int:
-        """What it does not tell is taken for none."""
-        return 0
-
-    @property
-    def state(self) -> can.BusState:
-        """As the interface tells, ACTIVE where it does not."""
-        try:
-            return self._bus.state
-        except NotImplementedError:
-            return can.BusState.ACTIVE
-
-    def send_frames(self, frames: Sequence[Frame]) -> None:
-        """Send in this order; raises can.CanError where the interface does."""
-        for can_id, data in frames:
-            self._bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
-
-    def receive_frames(self) -> list[Received]:
-        """What has arrived; the stamp is the instant of this call."""
-        frames: list[Received] = []
-        now_ns = self._clock.now_ns()
-        while len(frames) < MOST_AT_ONCE:
-            message = self._bus.recv(timeout=0)
-            if message is None:
-                break
-            try:
-                frames.append((*frame_of(message), now_ns))
-            except can.CanOperationError:
-                self.foreign += 1
-        return frames
-
-    def set_filters(self, filters: CanFilters | None = None) -> None:
-        """See FrameBus."""
-        self._bus.set_filters(filters)
-
-    def shutdown(self) -> None:
-        """Close it."""
-        self._bus.shutdown()
 
 
 class _Wanted(NamedTuple):
@@ -127,8 +75,6 @@ def opened(
         yield taps
     except HalError as error:
         raise ServiceError(str(error)) from error
-    except can.CanError as error:
-        raise ServiceError(f"CAN: {error}") from error
     finally:
         for tap in taps:
             tap.bus.shutdown()
@@ -189,7 +135,7 @@ def _tap(robot: RobotFile, want: _Wanted, live: LiveBuses | None, clock: HostClo
     bus: FrameBus
     interface, colon, channel = want.place.partition(":")
     if colon:
-        bus = PlainBus(can.Bus(channel, interface=interface), RealClock())
+        bus = PythonCanBus(interface, channel, clock)
     elif want.place:
         bus = SocketCanBus(want.place, clock)
     elif live is not None and table is not None:

@@ -14,7 +14,7 @@ from services.cli.can_dump import line
 from services.cli.can_names import BusNames
 from services.config import load_robot
 from services.core.clock import NS_PER_S, Clock, RealClock
-from services.core.errors import ConfigError
+from services.core.errors import ConfigError, ServiceError
 
 MOST_BYTES = 8
 HIGHEST_ID = 0x7FF
@@ -154,8 +154,10 @@ def is_answer(question: Frame, can_id: int, data: bytes) -> bool:
 
 def send(tap: Tap, frame: Frame, clock: Clock, wait_s: float, say: Callable[[str], None]) -> int:
     """Send a frame, say what it was, and what answers for a while; returns how many did."""
-    begin_ns = clock.now_ns()
+    begin_ns, lost = clock.now_ns(), tap.bus.frames_lost
     tap.bus.send_frames((frame,))
+    if tap.bus.frames_lost > lost:
+        raise ServiceError(f"bus {tap.name} did not take the frame: it is off, or full")
     said = tap.names.name(*frame)
     say(line(tap.names, (*frame, begin_ns), 0, said))
     answers = 0

@@ -12,8 +12,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from hal.buses.python_can import PythonCanBus
 from hal.wire.can import Received
-from services.cli.can_buses import PlainBus, Tap, arrivals, opened
+from services.cli.can_buses import Tap, arrivals, opened
 from services.config import load_robot
 from services.core.clock import NS_PER_S, Clock, RealClock
 
@@ -110,7 +111,7 @@ def summary_table(counts: Sequence[BusCount], seconds: float) -> Table:
             str(count.lost),
             str(count.causes["unknown"]),
             str(count.causes["length"]),
-            str(count.tap.bus.foreign if isinstance(count.tap.bus, PlainBus) else 0),
+            str(count.tap.bus.foreign if isinstance(count.tap.bus, PythonCanBus) else 0),
             "off" if is_off else "on",
         )
     return table

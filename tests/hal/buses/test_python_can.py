@@ -41,13 +41,14 @@ def test_frames_go_both_ways_in_order(ours: PythonCanBus, other: can.BusABC) -> 
     assert ours.receive_frames() == []
 
 
-def test_frames_that_the_protocol_has_not_are_passed_over(
+def test_frames_that_the_protocol_has_not_are_passed_over_and_counted(
     ours: PythonCanBus, other: can.BusABC
 ) -> None:
     other.send(can.Message(arbitration_id=0x12345, is_extended_id=True))
     other.send(can.Message(arbitration_id=0x20, is_extended_id=False, is_remote_frame=True))
     other.send(can.Message(arbitration_id=0x21, is_extended_id=False))
     assert ours.receive_frames() == [(0x21, b"", 7)]
+    assert ours.foreign == 2
 
 
 def test_a_bus_that_works_is_active_and_has_lost_nothing(ours: PythonCanBus) -> None:

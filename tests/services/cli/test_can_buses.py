@@ -7,13 +7,13 @@ from pathlib import Path
 import can
 import pytest
 
-from services.cli.can_buses import PlainBus, opened
+from services.cli.can_buses import opened
 from services.cli.can_dbc import can_dbc, can_docs, every_node
 from services.cli.can_dump import can_dump
 from services.cli.can_log import can_log, can_replay
 from services.cli.can_send import can_send
 from services.cli.can_stats import can_stats
-from services.core.clock import RealClock, VirtualClock
+from services.core.clock import RealClock
 from services.core.errors import ConfigError, NotRunningError, ServiceError
 from tests.services.cli.can_bench import ROBOT
 
@@ -119,15 +119,6 @@ def test_stats_of_a_python_can_bus(far_end: can.BusABC, capsys: pytest.CaptureFi
         assert can_stats(bus=(PLACE,), seconds=0.1, by="message") == 0
     assert "right_arm" in (output := capsys.readouterr().out)
     assert "POSITION" in output
-
-
-def test_frames_that_the_icub_has_not_are_counted(far_end: can.BusABC) -> None:
-    bus = PlainBus(can.Bus("ulna-test", interface="virtual"), VirtualClock())
-    far_end.send(can.Message(arbitration_id=0x12345))
-    far_end.send(message("115#"))
-    assert bus.receive_frames() == [(0x115, b"", 0)]
-    assert bus.foreign == 1
-    bus.shutdown()
 
 
 @pytest.mark.parametrize("name", ["right_arm", "2"])
