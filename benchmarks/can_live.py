@@ -3,40 +3,32 @@
     python -m benchmarks.can_live [--json FILE] [--seconds S] [--can socketcan|zenoh]
 
 Over vcan where it is up, else inside a guest kernel that has it, else over Zenoh. Hub, boards and
-robot are processes of their own, as `ulna up` starts them; the arms swing while it is measured.
+robot are processes of their own, as `ulna up` starts them, where there is more than one CPU; the
+arms swing while it is measured.
 """
 
 import argparse
 import json
-import math
+import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
+from benchmarks.can_live_run import PROCESSES as NEEDED
+from benchmarks.can_live_run import OneProcessRun, Run, StackRun
 from benchmarks.rows import Row, at_least, at_most, publish
 from hal.buses.socketcan import interfaces_up
 from services.cli.up import Can, Stack
 from services.config import load_robot
-from services.core.clock import NS_PER_S, RealClock
-from services.core.errors import NotReadyError
-from services.messages import PlantTruth, RobotRequest, RobotStatus, ServiceStats
+from services.messages import PlantTruth, RobotStatus, ServiceStats
 from services.processes import HUB, PROCESSES
-from services.streams import PLANT_TRUTH, ROBOT_CALL, ROBOT_STATUS, STATS
-from services.wiring import joint_limits_deg
 
 ROOT = Path(__file__).resolve().parent.parent
 GUEST = ROOT.parent / "shared" / "tools" / "run-with-vcan"
 ROBOT = "icub:arms"
-NEEDED = ("boards", "robot")
 TIMES_EMPTY_LOOP = 3.0
 SETTLE_S = 3.0  # of the statistics, once a second
-START_S = 120.0
-SWING_RAD = 0.05
-SWING_S = 2.0
 GUEST_EXTRA_S = 400
 
 
@@ -55,6 +47,8 @@ def live_rows(seconds: float = 60.0, can: Can | None = None) -> list[Row]:
     """Rows over the best transport of this machine, or over the one asked for."""
     interfaces = tuple(bus.channel for bus in load_robot(ROBOT).buses.values())
     if can == "socketcan" or (can is None and interfaces_up(interfaces)):
+        if os.cpu_count() == 1:
+            return in_one_process(seconds)
         return measured("vcan", "socketcan", seconds)
     rows = in_guest(seconds) if can is None and GUEST.exists() else []
     return rows if len(rows) > 1 else rows + measured("Zenoh", "zenoh", seconds)
@@ -64,7 +58,17 @@ def in_guest(seconds: float) -> list[Row]:
     """The same inside a guest kernel that has vcan; a row that says so where it gave no result."""
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "rows.json"
-        command = [str(GUEST), "-t", str(round(seconds) + GUEST_EXTRA_S), "--", sys.executable]
+        # Its processes can have no more of the machine than the guest has.
+        command = [
+            "nice",
+            "-n",
+            "-20",
+            str(GUEST),
+            "-t",
+            str(round(seconds) + GUEST_EXTRA_S),
+            "--",
+            sys.executable,
+        ]
         command += ["-m", "benchmarks.can_live", "--can", "socketcan"]
         command += ["--seconds", str(seconds), "--json", str(result)]
         done = subprocess.run(
@@ -74,32 +78,47 @@ def in_guest(seconds: float) -> list[Row]:
             why = done.stderr.strip().rpartition("\n")[2] or f"exit status {done.returncode}"
             return [Row("vcan in a guest kernel", f"no result: {why}")]
         rows = json.loads(result.read_text(encoding="utf-8"))["rows"]
-    return [Row(**{**row, "name": f"guest kernel, one CPU, {row['name']}"}) for row in rows]
+    return [Row(**{**row, "name": f"guest kernel, {row['name']}"}) for row in rows]
 
 
 def measured(name: str, can: Can, seconds: float) -> list[Row]:
-    """One run."""
+    """One run with a process for the boards and one for the HAL."""
     rows = (HUB, *(row for row in PROCESSES if row.name in NEEDED))
     with Stack(ROBOT, can=can, name="can-live", rows=rows) as stack:
-        run = Run(stack)
-        run.calibrate()
-        run.rest(SETTLE_S)
-        before = run.latest_status(), run.latest_truth()
-        slips = {row: run.stats(row).tick_slips for row in NEEDED}
-        empty = subprocess.Popen(
-            [sys.executable, "-m", "benchmarks.empty_loop"], cwd=ROOT, stdout=subprocess.PIPE
-        )
-        try:
-            run.swing(seconds)
-        finally:
-            empty.terminate()
-            said = empty.communicate()[0]
-        after = run.latest_status(), run.latest_truth()
-        run.rest(SETTLE_S)
-        stats = {row: run.stats(row) for row in NEEDED}
-    slips = {row: each.tick_slips - slips[row] for row, each in stats.items()}
-    where = f"{name}, torso and arms"
-    return rows_of(where, seconds, before, after, stats, slips, json.loads(said))
+        return swung(f"{name}, torso and arms", StackRun(load_robot(ROBOT), stack), seconds)
+
+
+def in_one_process(seconds: float) -> list[Row]:
+    """One run with boards and HAL in this process, over SocketCAN."""
+    run = OneProcessRun(load_robot(ROBOT))
+    try:
+        return swung("vcan, one process for one CPU, torso and arms", run, seconds)
+    finally:
+        run.close()
+
+
+def swung(name: str, run: Run, seconds: float) -> list[Row]:
+    """Calibrate, swing for so long beside an empty loop, and count."""
+    run.calibrate()
+    run.rest(SETTLE_S)
+    before, slips_before = run.counted(), slips_of(run)
+    empty = subprocess.Popen(
+        [sys.executable, "-m", "benchmarks.empty_loop"], cwd=ROOT, stdout=subprocess.PIPE
+    )
+    try:
+        run.swing(seconds)
+    finally:
+        empty.terminate()
+        said = empty.communicate()[0]
+    after = run.counted()
+    run.rest(SETTLE_S)
+    slips = {process: count - slips_before[process] for process, count in slips_of(run).items()}
+    return rows_of(name, seconds, (before, after), run.stats(), slips, json.loads(said))
+
+
+def slips_of(run: Run) -> dict[str, int]:
+    """Ticks that each loop has left out since its start."""
+    return {process: stats.tick_slips for process, stats in run.stats().items()}
 
 
 Sides = tuple[RobotStatus, PlantTruth]
@@ -108,17 +127,16 @@ Sides = tuple[RobotStatus, PlantTruth]
 def rows_of(
     name: str,
     seconds: float,
-    before: Sides,
-    after: Sides,
+    counted: tuple[Sides, Sides],
     stats: dict[str, ServiceStats],
     slips: dict[str, int],
     empty: dict[str, object],
 ) -> list[Row]:
-    """Figures of one run; `before` and `after` are what HAL and boards had counted.
+    """Figures of one run; `counted` is what HAL and boards had counted before and after it.
 
     The lateness of a process is that since its start, with the configuration of all boards in it.
     """
-    hal, boards = after[0], after[1]
+    before, (hal, boards) = counted
     lost = hal.frames_lost - before[0].frames_lost + boards.frames_lost - before[1].frames_lost
     frames = hal.frames_sent - before[0].frames_sent + boards.frames - before[1].frames
     empty_p99_us = float(str(empty["p99_us"]))
@@ -140,104 +158,6 @@ def rows_of(
             Row(f"{name}: {process}, scheduling", each.scheduler),
         ]
     return rows
-
-
-class Run:
-    """A running stack, and what it is told to do."""
-
-    def __init__(self, stack: Stack) -> None:
-        self._client = stack.client
-        self._check = stack.check
-        self._clock = RealClock()
-        self._robot = load_robot(ROBOT)
-        for stream in (PLANT_TRUTH, ROBOT_STATUS, *(STATS[process] for process in NEEDED)):
-            self._client.watch(stream)
-
-    def calibrate(self) -> None:
-        """Wait for the HAL's start-up, then calibrate every axis."""
-        self._until(lambda status: status.phase in ("idle", "failed"))
-        status = self.latest_status()
-        if status.phase == "failed":
-            raise NotReadyError(f"the robot has failed: {status.faults[-1]}")
-        self._finish(self._ask(RobotRequest(action="calibrate")))
-        self._finish(self._move(0.0))
-
-    def swing(self, seconds: float) -> None:
-        """Move every joint to and fro about where the robot is parked."""
-        end_ns = self._clock.now_ns() + round(seconds * NS_PER_S)
-        away = SWING_RAD
-        while self._clock.now_ns() < end_ns:
-            self._move(away)
-            away = -away
-            left_s = (end_ns - self._clock.now_ns()) / NS_PER_S
-            self.rest(min(SWING_S, max(left_s, 0.0)))
-
-    def _move(self, away_rad: float) -> int:
-        robot = self._robot
-        goal: dict[str, float] = {}
-        for names in robot.parts.values():
-            for name in names:
-                low, high = np.radians(joint_limits_deg(robot, name))
-                room = 2 * SWING_RAD  # the limits keep a margin
-                parked = math.radians(robot.joints[name].park_deg)
-                goal[name] = min(max(parked, low + room), high - room) + away_rad
-        joints, q_rad = tuple(goal), tuple(float(angle) for angle in goal.values())
-        return self._ask(
-            RobotRequest(action="move", joints=joints, q_rad=q_rad, duration_s=SWING_S / 2)
-        )
-
-    def rest(self, seconds: float) -> None:
-        """Let time pass; what arrives meanwhile is read, now and then."""
-        end_ns = self._clock.now_ns() + round(seconds * NS_PER_S)
-        while self._clock.now_ns() < end_ns:
-            self._clock.sleep_until(min(end_ns, self._clock.now_ns() + NS_PER_S // 4))
-            self._check()
-            self._client.new(ROBOT_STATUS)
-            self._client.new(PLANT_TRUTH)
-
-    def latest_status(self) -> RobotStatus:
-        """What the HAL has counted."""
-        status = self._client.latest(ROBOT_STATUS)
-        if status is None:
-            raise NotReadyError("the HAL has said nothing")
-        return status
-
-    def latest_truth(self) -> PlantTruth:
-        """What the boards have counted."""
-        truth = self._client.latest(PLANT_TRUTH)
-        if truth is None:
-            raise NotReadyError("the boards have said nothing")
-        return truth
-
-    def stats(self, process: str) -> ServiceStats:
-        """How a process has kept its time since its start."""
-        stats = self._client.latest(STATS[process])
-        if stats is None:
-            raise NotReadyError(f"{process} has said nothing")
-        return stats
-
-    def _ask(self, request: RobotRequest) -> int:
-        """Hand a request to the HAL; the number of its task."""
-        reply = self._client.call(ROBOT_CALL, request)
-        if not reply.ok:
-            raise NotReadyError(f"{request.action}: {reply.reason}")
-        return reply.task
-
-    def _finish(self, task: int) -> None:
-        self._until(lambda status: status.finished_task >= task)
-        failed = dict(self.latest_status().failed_tasks)
-        if task in failed:
-            raise NotReadyError(failed[task])
-
-    def _until(self, done: Callable[[RobotStatus], bool]) -> None:
-        give_up_ns = self._clock.now_ns() + round(START_S * NS_PER_S)
-        while True:
-            self.rest(0.25)
-            status = self._client.latest(ROBOT_STATUS)
-            if status is not None and done(status):
-                return
-            if self._clock.now_ns() > give_up_ns:
-                raise NotReadyError(f"not within {START_S:g} s: {status}")
 
 
 if __name__ == "__main__":
