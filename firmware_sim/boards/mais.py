@@ -61,6 +61,7 @@ class Mais(SensorBoard):
     board_type = BoardType.MAIS
     build = 2
     any_management_stops = True
+    overflow = analog.RECEIVE_OVERFLOW
 
     def __init__(self, spec: BoardSpec) -> None:
         super().__init__(spec)

@@ -28,6 +28,7 @@ class Mtb(SensorBoard):
 
     board_type = BoardType.SKIN
     build = 0
+    overflow = skin.RECEIVE_OVERFLOW
 
     def __init__(self, spec: BoardSpec) -> None:
         super().__init__(spec)

@@ -20,7 +20,7 @@ from hal.wire.can import (
     source_of,
 )
 from hal.wire.management import BoardType, is_addressed_to
-from hal.wire.message import Command
+from hal.wire.message import Command, PeriodicMessage
 from hal.wire.texts import LABEL_PIECE_CHARACTERS, LABEL_PIECES
 
 PROTOCOL = (1, 0)  # of every sensor board; equality only
@@ -41,6 +41,7 @@ class SensorBoard:
     board_type: BoardType
     build: int
     any_management_stops = False  # not only a discovery
+    overflow: PeriodicMessage | None = None  # what it sends when its receive queue was full
 
     def __init__(self, spec: BoardSpec) -> None:
         self.addresses: tuple[int, ...] = (spec.address,)
@@ -58,13 +59,14 @@ class SensorBoard:
         self._received: deque[tuple[int, bytes]] = deque()
         self._loader_ms = _IN_APPLICATION
         self._awake = False
+        self._has_overrun = False
 
     def power_cycle(self) -> None:
         """Boot again: everything but the EEPROM is forgotten."""
         self.powered = True
         self.reboot_ms = 0
         self._loader_ms = _IN_APPLICATION
-        self._awake = False
+        self._awake = self._has_overrun = False
         self._received.clear()
         self.boot()
 
@@ -105,6 +107,7 @@ class SensorBoard:
             return
         if len(self._received) >= RECEIVE_FIFO_FRAMES:
             self.dropped["overrun"] += 1
+            self._has_overrun = True
         elif not self.accepts(can_id):
             self.dropped["address"] += 1
         else:
@@ -119,6 +122,10 @@ class SensorBoard:
         if not self._awake:
             self._awake = True
             sent += self.wake()
+        if self._has_overrun:
+            self._has_overrun = False
+            if self.overflow is not None:
+                sent.append(self.overflow.frame(self._address))
         while self._received:
             sent += self._respond(*self._received.popleft())
         if self._loader_ms == _IN_APPLICATION:

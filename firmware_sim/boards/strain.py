@@ -22,7 +22,7 @@ from firmware_sim.description import BoardSpec
 from hal.wire import analog
 from hal.wire.can import Frame
 from hal.wire.management import BoardType
-from hal.wire.message import Command
+from hal.wire.message import Command, PeriodicMessage
 
 _POWER_ON_RESET = (1, 0, 0, 0, 0, 0)
 _STREAMS = frozenset({analog.TxMode.CALIBRATED, analog.TxMode.RAW, analog.TxMode.BOTH})
@@ -38,6 +38,7 @@ class Strain(SensorBoard):
 
     board_type = BoardType.STRAIN
     build = BUILD
+    overflow: PeriodicMessage | None = analog.RECEIVE_OVERFLOW
 
     def __init__(self, spec: BoardSpec, full_scale: Sequence[float]) -> None:
         """`full_scale` in N, N, N, Nm, Nm, Nm; the EEPROM holds whole numbers."""

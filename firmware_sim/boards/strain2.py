@@ -46,6 +46,7 @@ class Strain2(Strain):
 
     board_type = BoardType.STRAIN2
     build = 0
+    overflow = None
 
     def __init__(self, spec: BoardSpec, full_scale: Sequence[float]) -> None:
         """`full_scale` in N, N, N, Nm, Nm, Nm; all three sets have them at first."""

@@ -18,6 +18,7 @@ class Mais(SensorBoard):
     """One MAIS. The hand's motor boards read its frames too and fault without them."""
 
     type_code = BoardType.MAIS
+    overflow = analog.RECEIVE_OVERFLOW
     default_period_ms = 10
 
     def __init__(self, parts: Parts) -> None:

@@ -29,6 +29,7 @@ class Mtb(SensorBoard):
     """One MTB; its inertial sensors are used when the robot file says where they sit."""
 
     type_code = BoardType.SKIN
+    overflow = skin.RECEIVE_OVERFLOW
     default_period_ms = skin.DEFAULT_PERIOD_MS
 
     def __init__(self, parts: Parts) -> None:

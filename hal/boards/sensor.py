@@ -9,6 +9,7 @@ from hal.wire import analog
 from hal.wire.analog import TxMode
 from hal.wire.can import Frame
 from hal.wire.management import BoardType
+from hal.wire.message import PeriodicMessage
 
 KEPT_SAMPLES = 256
 MS = 1_000_000
@@ -31,6 +32,7 @@ class SensorBoard:
     full_pwm = 0  # it drives nothing
     max_current_ma = 0
     default_period_ms: int
+    overflow: PeriodicMessage | None = None  # sent when the receive queue was full
 
     def __init__(self, parts: Parts) -> None:
         self.board = parts.board
@@ -64,6 +66,9 @@ class SensorBoard:
         for can_id, handler in self.handlers():
             self.line.attach(can_id, handler, self.trace)
         self.line.attach(analog.reply_id(self.board.address), self.on_reply, self.trace)
+        if self.overflow is not None:
+            can_id, _ = self.overflow.frame(self.board.address)
+            self.line.attach(can_id, self.on_overflow, self.trace)
 
     def quiesce(self) -> Iterable[Frame]:
         """Stop transmitting."""
@@ -109,6 +114,14 @@ class SensorBoard:
             return
         channel = values[0] if command is analog.GET_FULL_SCALES else 0
         self._replies[reply_key(command.code, channel)] = values
+
+    def on_overflow(self, data: bytes, stamp_ns: int) -> None:
+        """The board's receive queue was full: commands are lost."""
+        if data:
+            self._faults.drop("RECEIVE_OVERFLOW of wrong length")
+            return
+        text = f"{board_name(self.board)} has lost commands: its receive queue was full"
+        self._faults.report(stamp_ns, text, text)
 
     def _on_restart(self, stamp_ns: int) -> None:
         self.forget()

@@ -13,6 +13,7 @@ from hal.wire import analog
 from hal.wire.analog import TxMode
 from hal.wire.can import CLASS_ANALOG_PERIODIC, frame_id
 from hal.wire.management import BoardType
+from hal.wire.message import PeriodicMessage
 
 HALF_RANGE = 0x8000
 
@@ -21,6 +22,7 @@ class Strain(SensorBoard):
     """One sensor. `full_scale` is what the sensor itself says, N and Nm."""
 
     type_code = BoardType.STRAIN
+    overflow: PeriodicMessage | None = analog.RECEIVE_OVERFLOW
     default_period_ms = 1
 
     def __init__(self, parts: Parts) -> None:

@@ -22,6 +22,7 @@ class Strain2(Strain):
     """One sensor; `temperature_degc` is None until it was told."""
 
     type_code = BoardType.STRAIN2
+    overflow = None
 
     def __init__(self, parts: Parts) -> None:
         super().__init__(parts)

@@ -10,7 +10,14 @@ from collections.abc import Iterable, Sequence
 from enum import IntEnum
 
 from hal.wire import analog_setup
-from hal.wire.can import CLASS_ANALOG_PERIODIC, CLASS_ANALOG_POLLING, HOST, Frame, frame_id
+from hal.wire.can import (
+    CLASS_ANALOG_PERIODIC,
+    CLASS_ANALOG_POLLING,
+    CLASS_MOTOR_PERIODIC,
+    HOST,
+    Frame,
+    frame_id,
+)
 from hal.wire.layout import Field, Layout, characters, i16, opaque, u8, u16
 from hal.wire.management import FIRMWARE_FIELDS, HOST_PROTOCOL_FIELDS
 from hal.wire.message import Command, PeriodicMessage
@@ -188,6 +195,9 @@ THERMOMETER = PeriodicMessage(
     "THERMOMETER",
     Layout((u8("mask"), i16("temperature0", "0.1 degC"), i16("temperature1", "0.1 degC"))),
 )
+
+RECEIVE_OVERFLOW = PeriodicMessage(CLASS_MOTOR_PERIODIC, 0x0, "RECEIVE_OVERFLOW", Layout(()))
+"""Empty frame of a STRAIN or MAIS whose receive queue was full."""
 
 MESSAGES: dict[int, TripleMessage | PeriodicMessage] = {
     message.type: message for message in (RAW_FORCE, RAW_TORQUE, FORCE, TORQUE, THERMOMETER)

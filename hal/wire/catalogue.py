@@ -113,6 +113,8 @@ FORMS: tuple[Form, ...] = (
     *_polled(0, motor.COMMANDS.values()),
     *_polled(0, motor_foc.COMMANDS.values(), family="foc"),
     *_broadcast(1, motor_periodic.MESSAGES.values()),
+    *_broadcast(1, (analog.RECEIVE_OVERFLOW,), family="strain"),
+    *_broadcast(1, (analog.RECEIVE_OVERFLOW,), family="mais"),
     *_polled(2, analog.COMMANDS.values()),
     ACKNOWLEDGE,
     UNKNOWN_COMMAND,
@@ -125,6 +127,7 @@ FORMS: tuple[Form, ...] = (
     *_broadcast(5, inertial.MESSAGES.values()),
     *_broadcast(6, battery.MESSAGES.values()),
     *_polled(7, management.ROWS),
+    *_broadcast(7, (skin.RECEIVE_OVERFLOW,), family="skin"),
 )
 """Every form, by class; of one code the longest payload comes first."""
 
@@ -161,7 +164,8 @@ def decode(can_id: int, data: bytes) -> Decoded:
         if special is not None:
             return special
     if not data:
-        return Decoded(None, (), None, "unknown")
+        key = can_class, Direction.BROADCAST, low_of(can_id)
+        return _chosen(_BY_KEY.get(key, ()) if source_of(can_id) else (), data, None)
     if can_class == CLASS_MOTOR_POLLING:
         forms = _BY_KEY.get((can_class, direction, data[0] & CODE_MASK), ())
         return _chosen(forms, data, data[0] >> 7)

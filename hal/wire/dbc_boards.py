@@ -8,6 +8,7 @@ from hal.wire.can import (
     CLASS_ANALOG_POLLING,
     CLASS_BATTERY_PERIODIC,
     CLASS_INERTIAL_PERIODIC,
+    CLASS_MANAGEMENT,
     CLASS_MOTOR_PERIODIC,
     CLASS_MOTOR_POLLING,
     CLASS_SKIN_PERIODIC,
@@ -32,20 +33,26 @@ class Sends(NamedTuple):
 
 
 _MOTOR = Sends(CLASS_MOTOR_POLLING, {CLASS_MOTOR_PERIODIC: _MOTOR_TYPES})
-_STRAIN = {CLASS_ANALOG_PERIODIC: _STRAIN_TYPES}
+_OVERFLOW = {CLASS_MOTOR_PERIODIC: {analog.RECEIVE_OVERFLOW.type}}
+_STRAIN = {CLASS_ANALOG_PERIODIC: _STRAIN_TYPES, **_OVERFLOW}
 _IMU = {CLASS_INERTIAL_PERIODIC: _IMU_TYPES}
-_MTB = {CLASS_INERTIAL_PERIODIC: set(inertial.MESSAGES) - _IMU_TYPES}
+_MTB = {
+    CLASS_INERTIAL_PERIODIC: set(inertial.MESSAGES) - _IMU_TYPES,
+    CLASS_MANAGEMENT: {skin.RECEIVE_OVERFLOW.type},
+}
 
 BOARDS: dict[str, Sends] = {
     **dict.fromkeys(("bll", "bll_ie", "bll_dc", "dc4"), _MOTOR),
     "dc4 second": _MOTOR._replace(is_managed=False),  # the address of axes 2 and 3
     "foc": Sends(CLASS_MOTOR_POLLING, {CLASS_MOTOR_PERIODIC: {*_MOTOR_TYPES, 0}}, "foc"),
-    "strain": Sends(CLASS_ANALOG_POLLING, _STRAIN),
+    "strain": Sends(CLASS_ANALOG_POLLING, _STRAIN, "strain"),
     "strain2": Sends(
         CLASS_ANALOG_POLLING,
         {CLASS_ANALOG_PERIODIC: set(analog.MESSAGES), **_IMU},
     ),
-    "mais": Sends(CLASS_ANALOG_POLLING, {CLASS_ANALOG_PERIODIC: set(mais.MESSAGES)}, "mais"),
+    "mais": Sends(
+        CLASS_ANALOG_POLLING, {CLASS_ANALOG_PERIODIC: set(mais.MESSAGES), **_OVERFLOW}, "mais"
+    ),
     "mais of 16 bits": Sends(
         CLASS_ANALOG_POLLING, {CLASS_ANALOG_PERIODIC: set(mais.WORD_MESSAGES)}, "mais of 16 bits"
     ),

@@ -7,6 +7,7 @@ from hal.wire.catalogue import (
     RESET_CAUSE,
     UNKNOWN_COMMAND,
     Decoded,
+    Direction,
     decode,
 )
 from hal.wire.layout import OpenLayout
@@ -18,7 +19,8 @@ def describe(can_id: int, data: bytes) -> str:
     """Sender, receiver, name and values of a frame; its bytes when no table knows it."""
     can_class, low = class_of(can_id), low_of(can_id)
     decoded = decode(can_id, data)
-    if can_class in POLLED_CLASSES:
+    is_broadcast = decoded.form is not None and decoded.form.direction == Direction.BROADCAST
+    if can_class in POLLED_CLASSES and not is_broadcast:
         text = _polled_text(can_class, decoded, data)
         return f"{_name(source_of(can_id))} to {_name(low)}: {text}"
     if decoded.form is None:

@@ -35,6 +35,7 @@ _TITLES = {
 }
 _FAMILIES = {
     "foc": "2FOC and AMC boards only",
+    "strain": "STRAIN",
     "mais": "MAIS",
     "mais of 16 bits": "MAIS in 16-bit resolution",
     "skin": "skin board",
@@ -76,6 +77,10 @@ def _polled_table(forms: list[Form]) -> Iterator[str]:
             code = "" if form.code < 0 else f"{form.code} 0x{form.code:02X}"
             payload = _payload(form.layout)
             yield _line(code, f"`{form.name}`", _length(form.layout), "", payload, "answer only")
+        if form.direction == Direction.BROADCAST:
+            note = f"sent by itself, to address {form.code}: {_FAMILIES[form.family]}"
+            payload = _payload(form.layout)
+            yield _line("", f"`{form.name}`", _length(form.layout), "", payload, note)
 
 
 def _broadcast_table(forms: list[Form]) -> Iterator[str]:

@@ -8,8 +8,15 @@ import struct
 from collections.abc import Iterable
 from enum import IntEnum
 
-from hal.wire.can import CLASS_ANALOG_PERIODIC, CLASS_SKIN_PERIODIC, Frame, frame_id
+from hal.wire.can import (
+    CLASS_ANALOG_PERIODIC,
+    CLASS_MANAGEMENT,
+    CLASS_SKIN_PERIODIC,
+    Frame,
+    frame_id,
+)
 from hal.wire.layout import Field, Layout, u8
+from hal.wire.message import PeriodicMessage
 
 TRIANGLES = 16
 TAXELS = 12  # of a triangle
@@ -72,6 +79,9 @@ TAIL = TriangleMessage(
 
 MESSAGES: dict[int, TriangleMessage] = {message.code: message for message in (HEAD, TAIL)}
 """Rows by byte 0."""
+
+RECEIVE_OVERFLOW = PeriodicMessage(CLASS_MANAGEMENT, 0x5, "RECEIVE_OVERFLOW", Layout(()))
+"""Empty frame of an MTB whose receive queue was full: no management command, but in their class."""
 
 
 def tail_state(mask: int, error: int) -> tuple[int, int]:
