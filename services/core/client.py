@@ -10,7 +10,7 @@ import zenoh
 
 from services.core.clock import Clock
 from services.core.errors import CallFailedError
-from services.core.link import ask, publisher, subscribe
+from services.core.link import Subscription, ask, publisher, subscribe
 from services.core.loop import alive_key
 from services.core.ports import CallPort, Refusals, StreamPort
 from services.core.service import CallFailed, Inputs
@@ -40,6 +40,7 @@ class Client:
         self._refusals = Refusals()
         self._watched: dict[AnyStream, tuple[Inputs, queue.SimpleQueue[tuple[zenoh.Sample, int]]]]
         self._watched = {}
+        self._subscriptions: list[Subscription] = []
         self._publishers: dict[AnyStream, Callable[[bytes], None]] = {}
         self._session = connect(endpoint, timeout_s)
 
@@ -71,9 +72,10 @@ class Client:
             arrived: queue.SimpleQueue[tuple[zenoh.Sample, int]] = queue.SimpleQueue()
             self._watched[stream] = (Inputs("client", (stream,)), arrived)
             now_ns = self._clock.now_ns
-            subscribe(
+            subscription = subscribe(
                 self._session, self._robot, stream, lambda sample: arrived.put((sample, now_ns()))
             )
+            self._subscriptions.append(subscription)
 
     def new(self, stream: Stream[MessageT]) -> tuple[MessageT, ...]:
         """What has arrived since the last look, oldest first; the first look starts listening."""
@@ -124,5 +126,8 @@ class Client:
         )
 
     def close(self) -> None:
-        """Leave the bus."""
+        """Leave the bus. A session that is closed while samples still arrive may wait for ever."""
+        for subscription in self._subscriptions:
+            subscription.undeclare()  # type: ignore[no-untyped-call]  # so in zenoh's stubs
+        self._subscriptions.clear()
         disconnect(self._session)
