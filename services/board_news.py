@@ -6,6 +6,7 @@ from services.messages import BoardStatus, BusStatus, RobotStatus
 LOOKING = ("opening", "handshake", "configuring")  # phases in which boards are not yet known
 FOUND = ("ok", "needs calibration")
 ACTIVE = "active"
+RESTARTED = "restarted"  # it stays so until its axes are calibrated
 
 
 class Reports:
@@ -90,4 +91,6 @@ def _text(board: BoardStatus) -> str:
     """The reason often names the board and where it is by itself."""
     where = f"(bus {board.bus}, address {board.address})"
     reason = board.reason.removeprefix(f"board {board.name} {where}").strip(" :")
+    if board.state == RESTARTED and not reason:
+        reason = "configured again, idle, needs calibration"
     return f"{where}: {board.state}" + (f", {reason}" if reason else "")

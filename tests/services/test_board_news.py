@@ -56,6 +56,9 @@ def test_each_change_is_one_line() -> None:
     assert news.lines(status(board("a", "silent", "no POSITION"))) == [
         "board a (bus 2, address 1): silent, no POSITION"
     ]
+    assert news.lines(status(board("a", "restarted"))) == [
+        "board a (bus 2, address 1): restarted, configured again, idle, needs calibration"
+    ]
     assert news.lines(status(board("a", "ok"))) == ["board a (bus 2, address 1): ok"]
 
 
