@@ -29,6 +29,9 @@ _EXTERNAL = int(wire.AxisFault.EXTERNAL)
 _ENCODER = int(wire.AxisFault.ENCODER)
 _BOARD_BITS_SENT_AT_ONCE = 0x07
 _BUS_OFF = int(wire.CanStatus.BUS_OFF)
+_RX_ERRORS = int(
+    wire.CanStatus.RX_ERROR_PASSIVE | wire.CanStatus.RX_WARNING | wire.CanStatus.RX_OVERRUN
+)
 
 USED_SLOTS = 4
 POSITION_SLOT, PID_SLOT, STATUS_SLOT, REST_SLOT = range(USED_SLOTS)
@@ -67,13 +70,14 @@ def _status(pair: Pair, axes: tuple[Axis, Axis], now_ms: int, sent: list[Frame])
     heartbeat = now_ms - pair.heartbeat_ms >= HEARTBEAT_MS
     modes = first.mode, second.mode
     if heartbeat or modes != pair.reported_modes or _is_urgent(pair, first, second):
-        receive_error = int(heartbeat and pair.can_status != 0)
+        rx_error = int(heartbeat and pair.can_status & _RX_ERRORS != 0)
+        tx_error = int(heartbeat and pair.can_status & ~_RX_ERRORS != 0)
         sent.append(
             wire.STATUS.frame(
                 pair.address,
                 *(_fault_byte(first), int(reported_mode(first.mode))),
                 *(_fault_byte(second), int(reported_mode(second.mode))),
-                *(pair.can_status, pair.board_status, 0, receive_error),
+                *(pair.can_status, pair.board_status, tx_error, rx_error),
             )
         )
         pair.reported_modes = modes
@@ -89,13 +93,14 @@ def _status(pair: Pair, axes: tuple[Axis, Axis], now_ms: int, sent: list[Frame])
 
 
 def _is_urgent(pair: Pair, first: Axis, second: Axis) -> bool:
-    """Something of this cycle that is worth a STATUS; bus-off alone is not."""
+    """Something of this cycle that is worth a STATUS; for axes 0 and 1 bus-off alone is not."""
     if first.faults_once or second.faults_once:
         return True
     one, other = first.port, second.port
     if one.external_fault or other.external_fault or one.encoder_fault or other.encoder_fault:
         return True
-    return bool(pair.can_status & ~_BUS_OFF or pair.board_status & _BOARD_BITS_SENT_AT_ONCE)
+    unheeded = 0 if first.number else _BUS_OFF
+    return bool(pair.can_status & ~unheeded or pair.board_status & _BOARD_BITS_SENT_AT_ONCE)
 
 
 def _fault_byte(axis: Axis) -> int:

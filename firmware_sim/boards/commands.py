@@ -115,9 +115,6 @@ def _set_encoder_offset(axis: Axis, values: Values) -> None:
 
 
 def _preset_encoder(axis: Axis, values: Values) -> None:
-    if not axis.hardware.presets_encoder:
-        _drop(axis, "unknown")
-        return
     preset = max(-_MAX_PRESET_TICKS, min(_MAX_PRESET_TICKS, values[0]))
     axis.encoder_offset = axis.port.raw_encoder - preset
     axis.rebase()

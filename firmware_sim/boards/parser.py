@@ -14,6 +14,7 @@ from hal.wire.message import CODE_MASK, AxisCommand
 
 _TORQUE_TYPES = frozenset({FORCE.type, TORQUE.type})
 _SWITCH_OFF = tuple(bytes((command.code,)) for command in (management.DISCOVER, management.BOARD))
+_PRESET = motor.SET_ENCODER_POSITION.code
 _MICRO_SACCADE = bytes((MICRO_SACCADE,))
 _THREE_WORDS = Layout((pad(2), i16("first"), i16("second"), i16("third")))
 _COMMANDS: dict[int, tuple[AxisCommand, Handler]] = {
@@ -32,8 +33,9 @@ def command(axis: Axis, data: bytes, requester: int, sent: list[Frame]) -> bool:
     Returns False for an unknown command, after which the board leaves its queue for this
     millisecond.
     """
-    known = _COMMANDS.get(data[0] & CODE_MASK)
-    if known is None:
+    code = data[0] & CODE_MASK
+    known = _COMMANDS.get(code)
+    if known is None or (code == _PRESET and not axis.hardware.presets_encoder):
         axis.node.dropped["unknown"] += 1
         return False
     row, handler = known

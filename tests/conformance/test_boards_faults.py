@@ -1,7 +1,10 @@
 """Torque sources and faults of every motor board (can-protocol 6, 10.3)."""
 
+import pytest
+
 from firmware_sim.boards.motor_board import MotorBoard
-from hal.wire import management, motor
+from hal.wire import management, motor, motor_periodic
+from hal.wire.can import source_of
 from hal.wire.modes import ControlMode
 from hal.wire.motor_periodic import AxisFault, BoardStatus, CanStatus
 from tests.firmware_sim.boards.bench import PLAIN, STATUS_MASK, Bench
@@ -194,3 +197,35 @@ def test_a_loop_overrun_is_told_once(bench: Bench) -> None:
     assert isinstance(bench.board, MotorBoard)
     bench.board.loop_overrun = True
     assert [status[5] for status in bench.statuses(30)] == [BoardStatus.LOOP_OVERRUN]
+
+
+def test_bus_off_of_idle_axes_is_told_at_once_at_the_second_address_only(bench: Bench) -> None:
+    bench.configure(mask=STATUS_MASK)
+    for axis in bench.board.axes:
+        axis.fault()
+    bench.tick(20)  # the fault is told
+    bench.board.bus_off = True
+    bench.tick(3)
+    bench.board.bus_off = False
+    frames = bench.heard(bench.tick(10), motor_periodic.STATUS)
+    sources = [source_of(can_id) for can_id, _ in frames]
+    assert sources == list(bench.board.addresses[1:])
+
+
+@pytest.mark.parametrize(
+    ("bit", "flags"),
+    [(CanStatus.TX_OVERRUN, b"\x01\x00"), (CanStatus.RX_OVERRUN, b"\x00\x01")],
+)
+def test_error_flags_stand_in_the_status_of_every_five_seconds_only(
+    bench: Bench, bit: CanStatus, flags: bytes
+) -> None:
+    bench.configure(mask=STATUS_MASK)
+    for until_ms, expected in ((100, b"\x00\x00"), (4999, flags)):  # the slot at 5002 is due
+        bench.tick(until_ms - bench.axis().node.ms)
+        bench.axis().pair.can_status = int(bit)
+        (frame,) = (
+            (can_id, data)
+            for can_id, data in bench.heard(bench.tick(5), motor_periodic.STATUS)
+            if source_of(can_id) == bench.address
+        )
+        assert frame[1][4:] == bytes((bit, 0)) + expected
