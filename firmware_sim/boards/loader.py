@@ -1,4 +1,4 @@
-"""The boot loader of a DSP board, as far as its handshake (can-protocol 8).
+"""The boot loader of a board, as far as its handshake (can-protocol 8).
 
 DELIBERATE: the lines of a download are acknowledged and thrown away; the application that starts
 afterwards is the one that was there. The board does not pass through the boot loader at power-up.
@@ -11,16 +11,23 @@ from hal.wire.can import CLASS_MANAGEMENT, Frame
 from hal.wire.management import BoardType
 
 PATIENCE_MS = 5000  # without a second BOARD the application starts again
-VERSION = (2, 0)  # of the boot loader; the sheet shows none
+DSP_VERSION = (2, 0)  # of the DSP boards' boot loader; the sheet shows none
 
 
 class Loader:
     """Runs instead of the application between BOARD and END, or until its patience ends."""
 
-    __slots__ = ("_address", "_left_ms", "_line_bytes", "is_running")
+    __slots__ = ("_address", "_identity", "_left_ms", "_line_bytes", "is_running")
 
-    def __init__(self, address: int) -> None:
+    def __init__(
+        self,
+        address: int,
+        board_type: int = BoardType.GENERIC_DSP,
+        version: tuple[int, int] = DSP_VERSION,
+    ) -> None:
+        """`board_type` and `version` answer a discovery."""
         self._address = address
+        self._identity = board_type, *version
         self.leave()
 
     def move_to(self, address: int) -> None:
@@ -60,8 +67,7 @@ class Loader:
         """Answer to a class 7 payload, and why it was dropped; `is_running` ends with END."""
         code = data[0]
         if code == management.DISCOVER.code:
-            values = (BoardType.GENERIC_DSP, *VERSION)
-            return [management.DISCOVER_BOOTLOADER.reply(self._address, *values)], ""
+            return [management.DISCOVER_BOOTLOADER.reply(self._address, *self._identity)], ""
         if code == management.BOARD.code:
             self._left_ms = None  # it stays until END
             return [management.BOARD.reply(self._address, 1)], ""

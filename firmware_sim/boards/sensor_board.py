@@ -8,6 +8,7 @@ from collections import Counter, deque
 from firmware_sim.boards.axis import AxisPort
 from firmware_sim.boards.axis_state import Axis
 from firmware_sim.boards.board import RECEIVE_FIFO_FRAMES
+from firmware_sim.boards.loader import Loader
 from firmware_sim.description import BoardSpec
 from hal.wire import analog, management
 from hal.wire.can import (
@@ -24,9 +25,6 @@ from hal.wire.message import Command, PeriodicMessage
 from hal.wire.texts import LABEL_PIECE_CHARACTERS, LABEL_PIECES
 
 PROTOCOL = (1, 0)  # of every sensor board; equality only
-LOADER_PATIENCE_MS = 5000  # without a second BOARD the boot loader starts the application
-_IN_APPLICATION = -1
-_STAYS_IN_LOADER = 0
 
 Values = tuple[int, ...]
 
@@ -54,10 +52,11 @@ class SensorBoard:
         self.reboot_ms = 0
         self.dropped: Counter[str] = Counter()
         self.version = spec.firmware
+        self.is_from_loader = False  # the boot loader has started the application
         self.label = bytearray(LABEL_PIECES * LABEL_PIECE_CHARACTERS)  # survives a boot
         self._address = spec.address
         self._received: deque[tuple[int, bytes]] = deque()
-        self._loader_ms = _IN_APPLICATION
+        self._loader = Loader(spec.address, self.board_type, spec.firmware)
         self._awake = False
         self._has_overrun = False
 
@@ -65,8 +64,8 @@ class SensorBoard:
         """Boot again: everything but the EEPROM is forgotten."""
         self.powered = True
         self.reboot_ms = 0
-        self._loader_ms = _IN_APPLICATION
-        self._awake = self._has_overrun = False
+        self._loader.leave()
+        self._awake = self._has_overrun = self.is_from_loader = False
         self._received.clear()
         self.boot()
 
@@ -118,6 +117,8 @@ class SensorBoard:
         if self.reboot_ms or not self.powered:
             self._wait_for_power()
             return []
+        if self._loader.is_running:
+            return self._load()
         sent: list[Frame] = []
         if not self._awake:
             self._awake = True
@@ -126,15 +127,10 @@ class SensorBoard:
             self._has_overrun = False
             if self.overflow is not None:
                 sent.append(self.overflow.frame(self._address))
-        while self._received:
+        while self._received and not self._loader.is_running:
             sent += self._respond(*self._received.popleft())
-        if self._loader_ms == _IN_APPLICATION:
-            if not self.silent:
-                self.sample(sent)
-        elif self._loader_ms != _STAYS_IN_LOADER:
-            self._loader_ms -= 1
-            if self._loader_ms == 0:
-                self.power_cycle()
+        if not self.silent and not self._loader.is_running:
+            self.sample(sent)
         return [] if self.bus_off else sent
 
     def handshake(self, request: Values) -> list[Frame]:
@@ -155,17 +151,12 @@ class SensorBoard:
             return []
         if can_id >> 8 == CLASS_MANAGEMENT:
             return self._manage(data)
-        if self._loader_ms != _IN_APPLICATION:
-            self.dropped["in boot loader"] += 1
-            return []
         source = source_of(can_id)
         frames = self.answer(data[0], data)
         return [(can_id | source, data) for can_id, data in frames] if source else frames
 
     def _manage(self, data: bytes) -> list[Frame]:
         code = data[0]
-        if self._loader_ms != _IN_APPLICATION:
-            return self._load(code)
         if self.any_management_stops:
             self.stop()
         address = self._address
@@ -173,8 +164,7 @@ class SensorBoard:
             self.stop()
             return [management.DISCOVER.reply(address, self.board_type, *self.version, self.build)]
         if code == management.BOARD.code:
-            self._loader_ms = LOADER_PATIENCE_MS
-            return [management.BOARD.reply(address, 1)]
+            return self._loader.enter()
         if code == management.GET_ADDITIONAL_INFO.code:
             return [self._label_piece(index) for index in range(LABEL_PIECES)]
         if code == management.SET_ADDITIONAL_INFO.code:
@@ -183,19 +173,15 @@ class SensorBoard:
             self.dropped["management"] += 1
         return []
 
-    def _load(self, code: int) -> list[Frame]:
-        """The boot loader; a download ends at its handshake here."""
-        address = self._address
-        if code == management.DISCOVER.code:
-            return [management.DISCOVER_BOOTLOADER.reply(address, self.board_type, *self.version)]
-        if code == management.BOARD.code:
-            self._loader_ms = _STAYS_IN_LOADER
-            return [management.BOARD.reply(address, 1)]
-        if code == management.END.code:
+    def _load(self) -> list[Frame]:
+        """A millisecond of the boot loader; the application boots when it leaves."""
+        received = list(self._received)
+        self._received.clear()
+        answers = self._loader.listen(received, self.dropped)
+        if not self._loader.is_running:
             self.power_cycle()
-            return [management.END.reply(address, 1)]
-        self.dropped["management"] += 1
-        return []
+            self.is_from_loader = True
+        return [] if self.bus_off else answers
 
     def _label_piece(self, index: int) -> Frame:
         size = LABEL_PIECE_CHARACTERS

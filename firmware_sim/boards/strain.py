@@ -25,6 +25,7 @@ from hal.wire.management import BoardType
 from hal.wire.message import Command, PeriodicMessage
 
 _POWER_ON_RESET = (1, 0, 0, 0, 0, 0)
+_RESET_BY_LOADER = (0, 0, 0, 1, 0, 0)  # as observed behind a firmware download
 _STREAMS = frozenset({analog.TxMode.CALIBRATED, analog.TxMode.RAW, analog.TxMode.BOTH})
 _STOPPED = 0xFF  # any mode that is not one of analog.TxMode
 
@@ -65,7 +66,8 @@ class Strain(SensorBoard):
 
     def wake(self) -> list[Frame]:
         """The reset cause."""
-        return [analog.reset_cause(self._address, *_POWER_ON_RESET)]
+        cause = _RESET_BY_LOADER if self.is_from_loader else _POWER_ON_RESET
+        return [analog.reset_cause(self._address, *cause)]
 
     def answer(self, code: int, data: bytes) -> list[Frame]:
         """Every SET is acknowledged with an empty frame, every GET answered, the rest is a BUG."""
@@ -91,10 +93,12 @@ class Strain(SensorBoard):
             if self.elapsed_ms >= self.memory.period_ms:
                 self.elapsed_ms = 0
                 self._sample(sent)
+        elif self.mode == analog.TxMode.SILENT:
+            self._acquire()
 
-    def _sample(self, sent: list[Frame]) -> None:
+    def _acquire(self) -> tuple[list[int], bool]:
+        """Take a sample; the raw words, and whether one of them is saturated."""
         raw = self._raw() if self.stuck_words else self.raw_adc
-        address = self._address
         saturated = False
         if self.frozen:
             raw = self.words
@@ -104,6 +108,11 @@ class Strain(SensorBoard):
             saturated = min(raw) < SATURATED_BELOW or max(raw) > SATURATED_ABOVE
             if not saturated:
                 self.words = calibrated_words(self.memory, raw)
+        return raw, saturated
+
+    def _sample(self, sent: list[Frame]) -> None:
+        raw, saturated = self._acquire()
+        address = self._address
         words = raw if self.mode == analog.TxMode.RAW else self.words
         marks: tuple[int | None, int | None] = (None, None)
         if saturated:
