@@ -37,7 +37,8 @@ class BoardTable(Strict, frozen=True, kw_only=True):
     address: int
     type: BoardTypeName
     firmware: str
-    broadcast: int = 0x75  # position, status, overflow, prints, velocity
+    # Position, status, overflow, prints as on robots. DELIBERATE: velocity too, which they lack.
+    broadcast: int = 0x75
     part: str = ""  # or a group of its own that a board without motors belongs to
     frame: str = ""  # URDF link that an inertial sensor sits on
     period_ms: int = 0  # of what a sensor board sends; 0 = the type's own
