@@ -85,6 +85,7 @@ class BoardRun:
         self._process = subprocess.Popen(
             command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         )
+        self.pid = self._process.pid
         self.lines: list[str] = []
         self._queue: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -107,7 +108,7 @@ class BoardRun:
     def stop(self, number: signal.Signals = signal.SIGINT) -> int:
         """Unplug it; the exit status."""
         if self._process.poll() is None:
-            os.kill(self._process.pid, number)
+            os.kill(self.pid, number)
         return self.ended()
 
     def ended(self) -> int:
