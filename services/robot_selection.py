@@ -4,9 +4,10 @@ import msgspec
 
 from services.config_tables import check_numbers, decode, read_toml
 from services.core.errors import ConfigError
-from services.robot_tables import RobotFile, SiteBoardTable, SiteBusTable
+from services.robot_tables import RobotFile, SiteBoardTable, SiteBusTable, SiteStartTable
 
-SITE_SECTIONS = ("buses", "boards")
+NOTHING_MISSING = {"allow_missing": False}
+SITE_SECTIONS = ("buses", "boards", "start")
 
 
 def split_reference(reference: str) -> tuple[str, str, str]:
@@ -78,7 +79,10 @@ def at_site(robot: RobotFile, site: str) -> RobotFile:
             raise ConfigError(f"{path}: boards.{name}: unknown board; known: {', '.join(boards)}")
         board = decode(table, SiteBoardTable, path, f"boards.{name}")
         boards[name] = msgspec.structs.replace(boards[name], simulated=board.simulated)
-    return msgspec.structs.replace(robot, buses=buses, boards=boards)
+    start = decode(raw.get("start", NOTHING_MISSING), SiteStartTable, path, "start")
+    return msgspec.structs.replace(
+        robot, buses=buses, boards=boards, allow_missing=start.allow_missing
+    )
 
 
 def _tables(raw: object, section: str) -> list[tuple[str, object]]:

@@ -55,6 +55,12 @@ class SiteBusTable(Strict, frozen=True, kw_only=True):
     simulated: bool
 
 
+class SiteStartTable(Strict, frozen=True, kw_only=True):
+    """[start] of a site file: what the robot may do without."""
+
+    allow_missing: bool  # start with the boards that answer, as if none were required
+
+
 class SiteBoardTable(Strict, frozen=True, kw_only=True):
     """[boards.<name>] of a site file: a board that is not as its bus."""
 
@@ -192,6 +198,7 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True):
     host: HostTable
     reach: ReachTable
     rows: tuple[RowTable, ...]
+    allow_missing: bool = False  # the site's word: start with the boards that answer
 
     @property
     def chain(self) -> tuple[str, ...]:

@@ -72,6 +72,7 @@ def robot_description(robot: RobotFile) -> RobotDescription:
         velocity_shift=robot.host.velocity_shift,
         speed_estimate_shift=robot.host.speed_estimate_shift,
         velocity_timeout_ms=robot.host.velocity_timeout_ms,
+        allow_missing=robot.allow_missing,
     )
 
 

@@ -65,9 +65,9 @@ def opened(
     session = None
     try:
         live = None
-        if record is not None and record.can == "zenoh":
+        if record is not None and record.can in ("zenoh", "mixed"):
             session = connect(record.endpoint)
-            live = LiveBuses("zenoh", record.robot, session, clock)
+            live = LiveBuses(record.can, record.robot, session, clock)
         elif own and not wanted:
             asked = _interfaces_that_are_up(robot)
         for want in asked:

@@ -95,7 +95,10 @@ r_forearm = { simulated = true }
         ("[buses]\nright_leg_skin = { simulated = true }", "unknown bus; known: head_torso"),
         ("[boards]\nwrist = { simulated = true }", "unknown board; known: neck"),
         ("[boards]\nwaist = { emulated = true }", "unknown key; allowed: simulated"),
-        ("[joints]\nr_elbow = { axis = 1 }", "joints: unknown table; allowed: buses, boards"),
+        (
+            "[joints]\nr_elbow = { axis = 1 }",
+            "joints: unknown table; allowed: buses",
+        ),
         ("[buses]\nright_arm = { channel = 'can2' }", "buses.right_arm"),
     ],
 )
@@ -103,6 +106,12 @@ def test_a_wrong_site_file_is_refused(tmp_path: Path, site: str, expected: str) 
     with pytest.raises(ConfigError) as caught:
         load_robot(at(tmp_path, site))
     assert expected in str(caught.value)
+
+
+def test_a_site_may_let_the_robot_start_with_what_answers(tmp_path: Path) -> None:
+    site = "[start]\nallow_missing = true\n"
+    assert robot_description(load_robot(at(tmp_path, site))).allow_missing
+    assert not robot_description(load_robot("icub@real")).allow_missing
 
 
 def test_an_unknown_site_lists_the_known_ones() -> None:
