@@ -125,7 +125,7 @@ def test_never_overruns_a_board_whatever_the_caller_does(ready: Bench) -> None:
         heard = [can_id for can_id, _, _ in listener.receive_frames()]
         worst = max(worst, sum(can_id in (3, 4) for can_id in heard))
 
-    assert worst <= BUDGET
+    assert 1 <= worst <= BUDGET <= 20  # of the 30 that a board's queue holds
     assert ready.robot.status().frames_lost == 0
 
 
@@ -140,7 +140,7 @@ def test_sends_one_set_point_per_axis_and_cycle(ready: Bench) -> None:
 
     heard = [(can_id, data[0]) for can_id, data, _ in listener.receive_frames()]
     assert 98 <= heard.count((3, 62)) <= 101
-    assert heard.count((4, 62)) <= 11  # unchanged: repeated each 100 ms
+    assert 9 <= heard.count((4, 62)) <= 11  # unchanged: repeated each 100 ms
 
 
 def test_a_group_of_frames_beyond_the_budget_leaves_one_millisecond_later(script: Script) -> None:

@@ -151,11 +151,11 @@ def test_the_pwm_scale_is_missing_in_the_configuration() -> None:
 
 
 def test_identifiers_that_end_in_ff_are_never_let_in(script: Script) -> None:
-    script.say("1FF 00", "2FF 00", "3FF 00")
+    script.say("0FF 00", "1FF 00", "2FF 00", "3FF 00")
     script.tick()
 
     assert [cause for cause, _ in script.robot.status().drops] == [
-        f"unexpected identifier 0x{can_id} on bus 1" for can_id in ("1FF", "2FF", "3FF")
+        f"unexpected identifier 0x{can_id} on bus 1" for can_id in ("0FF", "1FF", "2FF", "3FF")
     ]
 
 
@@ -217,6 +217,8 @@ def test_the_pc_is_silent_and_the_robot_keeps_moving(ready: Bench) -> None:
     """The boards do not notice; a guard with a bus handle of its own brings the limb down."""
     guard = ready.guard()
     ready.running = False
+    ready.tick(1000)
+    assert all(axis.enabled for axis in ready.axes)
     task = guard.stop(ready.now_ns)
     for _ in range(3300):
         ready.tick()

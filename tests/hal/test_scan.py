@@ -118,10 +118,10 @@ def test_says_that_a_whole_bus_is_quiet(bench: Bench) -> None:
     for address in (1, 3, 13):
         bench.boards.board(BUS, address).powered = False
 
-    assert all(
-        text.endswith("nor does any other on bus 1: check the bus")
-        for _, text in texts(scan(bench), EMULATED)
-    )
+    found = [text for _, text in texts(scan(bench), EMULATED)]
+
+    assert len(found) == 3
+    assert all(text.endswith("nor does any other on bus 1: check the bus") for text in found)
 
 
 def test_names_a_wrong_firmware(bench: Bench) -> None:
