@@ -3,6 +3,9 @@
 A board whose force-controlled axis hears no torque for 200 ms faults and the limb goes limp. So
 after 60 ms without a fresh estimate the axes are made stiff, and the last torques are repeated
 until every board has confirmed it.
+
+DELIBERATE: the iCub's PC also answers whoever asks such a sensor for its full scales. No board
+does, so nobody is answered here.
 """
 
 from collections.abc import Sequence

@@ -87,6 +87,11 @@ def test_wrong_type_is_named(raw: dict[str, Any]) -> None:
     assert "joints.r_elbow.zero_deg" in refusal(raw)
 
 
+def test_a_missing_pwm_limit_is_named(raw: dict[str, Any]) -> None:
+    del raw["joint_types"]["arm"]["pwm_limit"]
+    assert "pwm_limit" in refusal(raw)
+
+
 @pytest.mark.parametrize(
     ("table", "key", "value", "expected"),
     [
