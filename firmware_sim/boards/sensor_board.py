@@ -165,6 +165,8 @@ class SensorBoard:
             return [management.DISCOVER.reply(address, self.board_type, *self.version, self.build)]
         if code == management.BOARD.code:
             return self._loader.enter()
+        if code == management.END.code:  # a running application takes it as a ping
+            return [management.END.reply(address, 1)]
         if code == management.GET_ADDITIONAL_INFO.code:
             return [self._label_piece(index) for index in range(LABEL_PIECES)]
         if code == management.SET_ADDITIONAL_INFO.code:

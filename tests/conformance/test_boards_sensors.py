@@ -138,6 +138,12 @@ def test_boot_loader_stays_after_a_second_board_command_until_end(name: str) -> 
     assert len(ask(board, "1C0100")) == 1
 
 
+def test_a_running_application_takes_the_end_of_a_download_as_a_ping(name: str) -> None:
+    board = made(name)
+    assert ask(board, "04", 0x700 | ADDRESS) == [(0x7D0, b"\x04\x01")]
+    assert board.dropped == {}
+
+
 @pytest.mark.parametrize("off", ["bus_off", "powered"])
 def test_says_nothing_without_bus_or_power(name: str, off: str) -> None:
     board = started(name)
