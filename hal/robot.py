@@ -12,6 +12,7 @@ from typing import TypeVar, overload
 from hal.buses.bus import FrameBus
 from hal.commands import Commands
 from hal.description import RobotDescription
+from hal.errors import DescriptionError
 from hal.faults import Fault
 from hal.foreign import ForeignHost
 from hal.liveness import Liveness
@@ -169,8 +170,14 @@ class Robot:
     def take_samples(self, sensor: str, kind: type = ForceTorqueSample) -> Sequence[object]:
         """Samples of one kind since the previous call for it, oldest first.
 
-        The last 256 of all kinds are kept. `sensors` tells the kinds.
+        The last 256 of all kinds are kept. `sensors` tells names and kinds.
+
+        Raises:
+            DescriptionError: no such sensor; the known ones are listed.
         """
+        if sensor not in self._machine.sensors:
+            known = ", ".join(self._machine.sensors)
+            raise DescriptionError(f"unknown sensor {sensor!r}; known: {known}")
         samples = [*self._untaken.get(sensor, ()), *self._machine.sensors[sensor].take()]
         taken = [sample for sample in samples if isinstance(sample, kind)]
         if len(taken) < len(samples):
@@ -246,7 +253,7 @@ class Robot:
             mode: value idle, position, direct, velocity, torque, pwm; idle leaves a hardware fault.
             interaction: value stiff or compliant.
             stop: stiff, position mode, move to q_rad (empty = stay), idle; 3 s at most.
-            park: the same, but duration_s at most (30 s at most, and where it is 0).
+            park: the same with a q_rad, but duration_s at most (30 s at most, and where it is 0).
             idle: all power off at once.
 
         Stop and idle end every other task.

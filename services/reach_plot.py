@@ -68,7 +68,7 @@ def _draw_space(axes: Axes3D, recording: Recording) -> None:
     _look_across(axes, recording)
     axes.set_xlabel("x [m] (backwards)")
     axes.set_ylabel("y [m] (right)")
-    axes.set_zlabel("z [m] (up)")
+    axes.set_zlabel("z [m] (up)", labelpad=-1)
     axes.set_aspect("equal")
     if trace.tip_m:
         axes.legend(loc="upper left")

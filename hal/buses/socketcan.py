@@ -177,7 +177,8 @@ def _open(channel: str) -> socket.socket:
         opened = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
     except (AttributeError, OSError) as error:
         raise BusError(
-            f"{channel}: this kernel has no SocketCAN; use --can zenoh, or a kernel that has it"
+            f"{channel}: this kernel has no SocketCAN; take one that has it, or a stack "
+            "with --can zenoh"
         ) from error
     try:
         opened.bind((channel,))

@@ -5,10 +5,10 @@ from collections import defaultdict
 from typing import Literal
 
 from rich import box
-from rich.console import Console
 from rich.table import Column, Table
 
 from hal.errors import HalError
+from services.cli.can_stats import wide_console
 from services.config import load_robot
 from services.core.errors import ServiceError
 from services.plug import Place, addresses_of, plugged
@@ -82,7 +82,7 @@ def board_list(*, robot: str = WHOLE_ROBOT) -> int:
         Exit status: 0, or 2 where there is no such robot.
     """
     try:
-        Console().print(board_table(load_robot(robot)))
+        wide_console().print(board_table(load_robot(robot)))
     except ServiceError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
@@ -95,7 +95,8 @@ def board_table(robot: RobotFile) -> Table:
     for name, joint in sorted(robot.joints.items(), key=lambda pair: pair[1].axis):
         joints[joint.board].append(name)
     moves = Column("moves", min_width=len("r_shoulder_pitch,"))
-    table = Table("bus", "address", "type", "firmware", "is", moves, box=box.SIMPLE_HEAD)
+    head = ("bus", "address", "type", "firmware", "is", moves)
+    table = Table(*head, box=box.SIMPLE_HEAD, padding=0)  # fits into 80 columns
     table.columns[0].no_wrap = True
     for bus_name, bus in robot.buses.items():
         on_bus = [(n, b) for n, b in robot.boards.items() if b.bus == bus_name]

@@ -15,6 +15,7 @@ from hal.buses.socketcan import SocketCanBus, interfaces_up
 from hal.errors import HalError
 from hal.wire.can import Received
 from services.cli.can_names import BusNames
+from services.config import load_robot
 from services.core.clock import Clock, RealClock
 from services.core.errors import ConfigError, NotRunningError, ServiceError
 from services.core.live import LiveBuses
@@ -22,6 +23,7 @@ from services.core.rundir import RunRecord, read_record
 from services.core.session import connect, disconnect
 from services.robot_tables import RobotFile
 
+WHOLE_ROBOT = "icub"
 LOOK_EVERY_NS = 2_000_000
 NO_NUMBER = -1
 
@@ -40,6 +42,18 @@ class _Wanted(NamedTuple):
 
     bus: str
     place: str
+
+
+def robot_in_use(robot: str, stack: str) -> RobotFile:
+    """The robot that was asked for; else what the running stack runs; else the whole iCub.
+
+    Raises:
+        ServiceError: no such robot, or no stack of the name.
+    """
+    if robot:
+        return load_robot(robot)
+    record = _record(stack or WHOLE_ROBOT, must_run=bool(stack))
+    return load_robot(WHOLE_ROBOT if record is None else record.reference or record.robot)
 
 
 @contextmanager
@@ -110,10 +124,13 @@ def _parsed(robot: RobotFile, text: str) -> _Wanted:
         if name in (bus, str(table.number)):
             return _Wanted(bus, place)
         if name == table.channel and not equals:
-            return _Wanted(bus, name)
-    if equals:
-        known = ", ".join(robot.buses)
-        raise ConfigError(f"{robot.robot.name} has no bus {name!r}; known: {known}")
+            return _Wanted(bus, name if interfaces_up((name,)) else "")
+    if equals or not interfaces_up((name,)):
+        known = ", ".join(f"{bus} ({table.number})" for bus, table in robot.buses.items())
+        raise ConfigError(
+            f"{robot.path}: no bus {name!r} here; buses: {known}; else an interface of the kernel "
+            "that is up, or interface:channel of python-can"
+        )
     return _Wanted("", name)
 
 

@@ -50,15 +50,25 @@ def can_dbc(*, robot: str = "icub", bus: str = "", out: Path | None = None) -> i
 
     Args:
         robot: whose boards they are.
-        bus: bus of the robot file [all].
+        bus: name, number or interface of a bus of the robot file [all].
         out: file to write [standard output].
     """
     robot_file = load_robot(robot)
-    if bus and bus not in robot_file.buses:
-        known = ", ".join(robot_file.buses)
-        raise ConfigError(f"{robot_file.robot.name} has no bus {bus!r}; known: {known}")
-    nodes = list(bus_nodes(robot_file, bus)) if bus else every_node(robot_file)
-    return _written(dbc_text(nodes), out)
+    nodes = list(bus_nodes(robot_file, bus_named(robot_file, bus))) if bus else None
+    return _written(dbc_text(every_node(robot_file) if nodes is None else nodes), out)
+
+
+def bus_named(robot: RobotFile, text: str) -> str:
+    """The bus of that name, number or interface.
+
+    Raises:
+        ConfigError: none is.
+    """
+    for name, table in robot.buses.items():
+        if text in (name, str(table.number), table.channel):
+            return name
+    known = ", ".join(f"{name} ({table.number})" for name, table in robot.buses.items())
+    raise ConfigError(f"{robot.robot.name} has no bus {text!r}; known: {known}")
 
 
 def can_docs(*, out: Path | None = None) -> int:

@@ -7,11 +7,12 @@ from contextlib import suppress
 from pathlib import Path
 
 from hal.wire.can import Received
-from services.cli.can_buses import Tap, arrivals, opened
+from services.cli.can_buses import WHOLE_ROBOT, Tap, arrivals, opened, robot_in_use
 from services.cli.can_files import read
 from services.cli.can_names import BusNames, NamedFrame, Selection, check_selection
 from services.config import load_robot
 from services.core.clock import NS_PER_S, Clock, RealClock
+from services.core.errors import ConfigError
 from services.robot_tables import RobotFile
 
 
@@ -81,7 +82,7 @@ def dump_file(
 
 def can_dump(
     *,
-    robot: str = "icub",
+    robot: str = "",
     stack: str = "",
     bus: tuple[str, ...] = (),
     board: tuple[str, ...] = (),
@@ -98,7 +99,7 @@ def can_dump(
     ulna can dump --file arm.blf --bad
 
     Args:
-        robot: whose buses, boards and joints they are.
+        robot: whose buses, boards and joints they are [the running stack's, else icub].
         stack: name of a running stack [the robot's].
         bus: bus of the robot, its number, an interface, or interface:channel of python-can [all].
         board: board of the robot file; * and ? stand for anything [all].
@@ -109,7 +110,9 @@ def can_dump(
         seconds: end after so long [0 = never].
         file: show what is in a file of `ulna can log` instead.
     """
-    robot_file = load_robot(robot)
+    if count < 0 or seconds < 0.0:
+        raise ConfigError("--count and --seconds are 0 or more")
+    robot_file = load_robot(robot or WHOLE_ROBOT) if file else robot_in_use(robot, stack)
     selection = Selection(board, joint, message, bad)
     check_selection(selection, robot_file)
     clock = RealClock()

@@ -14,10 +14,9 @@ import can
 
 from hal.buses.bus import HostClock
 from hal.wire.can import Frame
-from services.cli.can_buses import NO_NUMBER, Tap, arrivals, opened
+from services.cli.can_buses import NO_NUMBER, Tap, arrivals, opened, robot_in_use
 from services.cli.can_danger import danger
 from services.cli.can_files import Logged, read, writer_of
-from services.config import load_robot
 from services.core.clock import NS_PER_S, Clock, RealClock
 from services.core.errors import ConfigError
 from services.robot_tables import RobotFile
@@ -123,7 +122,7 @@ def refuse_danger(logged: Iterable[Logged], channels: set[int]) -> None:
 def can_log(
     file: Path,
     *,
-    robot: str = "icub",
+    robot: str = "",
     stack: str = "",
     bus: tuple[str, ...] = (),
     seconds: float = 0.0,
@@ -134,13 +133,18 @@ def can_log(
 
     Args:
         file: what to write; it is overwritten.
-        robot: whose buses they are.
+        robot: whose buses they are [the running stack's, else icub].
         stack: name of a running stack [the robot's].
         bus: bus of the robot, its number, an interface, or interface:channel of python-can [all].
         seconds: end after so long [0 = never].
     """
+    if seconds < 0.0:
+        raise ConfigError(f"--seconds {seconds:g}: must be 0 or more")
     clock = RealClock()
-    with opened(load_robot(robot), bus, stack=stack, clock=clock) as taps, writer_of(file) as sink:
+    with (
+        opened(robot_in_use(robot, stack), bus, stack=stack, clock=clock) as taps,
+        writer_of(file) as sink,
+    ):
         until_ns = clock.now_ns() + round(seconds * NS_PER_S) if seconds else None
         written = log(taps, clock, sink, clock, until_ns)
         lost = sum(tap.bus.frames_lost for tap in taps)
@@ -151,7 +155,7 @@ def can_log(
 def can_replay(
     file: Path,
     *,
-    robot: str = "icub",
+    robot: str = "",
     stack: str = "",
     bus: tuple[str, ...] = (),
     speed: float = 1.0,
@@ -163,7 +167,7 @@ def can_replay(
 
     Args:
         file: what `ulna can log` or any other tool of python-can's wrote.
-        robot: whose buses they are.
+        robot: whose buses they are [the running stack's, else icub].
         stack: name of a running stack [the robot's].
         bus: number in the file = bus; others are left out [the robot's bus of that number].
         speed: 2 = twice as fast.
@@ -171,7 +175,7 @@ def can_replay(
     """
     if speed <= 0.0:
         raise ConfigError(f"--speed {speed:g}: must be above 0")
-    robot_file, clock = load_robot(robot), RealClock()
+    robot_file, clock = robot_in_use(robot, stack), RealClock()
     foreign: Counter[str] = Counter()
     channels = {logged.channel for logged in read(file, Counter())}
     targets = bus_map(bus, robot_file, channels)

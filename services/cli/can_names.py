@@ -19,7 +19,7 @@ from hal.wire.can import (
     low_of,
     source_of,
 )
-from hal.wire.catalogue import POLLED_CLASSES, Decoded, decode
+from hal.wire.catalogue import FORMS, POLLED_CLASSES, Decoded, decode
 from hal.wire.layout import Field, OpenLayout
 from services.cli.can_units import AxisScale, physical_text
 from services.core.errors import ConfigError
@@ -218,11 +218,23 @@ class Selection:
 
 
 def check_selection(selection: Selection, robot: RobotFile) -> None:
-    """Refuse a joint that the robot does not have.
+    """Refuse what can never be shown.
 
     Raises:
-        ConfigError: naming those that it has.
+        ConfigError: the robot has no such joint or board, or the frame tables no such message.
     """
+    for pattern in selection.boards:
+        if not any(
+            _matches(board, (pattern,)) for board in (*robot.boards, *robot.virtual_sensors)
+        ):
+            known = ", ".join(robot.boards)
+            raise ConfigError(f"{robot.robot.name} has no board {pattern!r}; known: {known}")
+    messages = {form.name for form in FORMS} | {"unknown"}
+    for pattern in selection.messages:
+        if not any(_matches(message, (pattern,)) for message in messages):
+            raise ConfigError(
+                f"no message {pattern!r}; docs/protocol.md (ulna can docs) lists them"
+            )
     for joint in selection.joints:
         if joint not in robot.joints:
             known = ", ".join(robot.joints)

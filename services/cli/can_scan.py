@@ -11,9 +11,8 @@ from hal.registry import board_type
 from hal.scan import Found, Scanner, boards_at
 from hal.stocktaking import differences
 from hal.wire.management import BoardType
-from services.cli.can_buses import NO_NUMBER, Tap, opened
+from services.cli.can_buses import NO_NUMBER, Tap, opened, robot_in_use
 from services.cli.can_stats import wide_console
-from services.config import load_robot
 from services.core.clock import NS_PER_MS, Clock, RealClock
 from services.robot_tables import RobotFile
 from services.wiring import firmware_of, robot_description
@@ -46,6 +45,7 @@ def scan(
                 found[name] = boards_at(stop.value)
         clock.sleep_until(clock.now_ns() + NS_PER_MS)
     refused = [f"{name}: {scanner.refused}" for name, scanner in scanners.items()]
+    found = {tap.name: found[tap.name] for tap in taps}
     return found, [text for text in refused if not text.endswith(": ")]
 
 
@@ -125,7 +125,7 @@ def table_of(rows: Sequence[Finding]) -> Table:
 
 def can_scan(
     *,
-    robot: str = "icub",
+    robot: str = "",
     stack: str = "",
     bus: tuple[str, ...] = (),
     discover: bool = False,
@@ -139,7 +139,7 @@ def can_scan(
     Example: ulna can scan --bus right_arm
 
     Args:
-        robot: whose buses and boards they are.
+        robot: whose buses and boards they are [the running stack's, else icub].
         stack: name of a running stack [the robot's].
         bus: bus of the robot, its number, an interface, or interface:channel of python-can [all].
         discover: send the discovery of class 7, too.
@@ -148,7 +148,7 @@ def can_scan(
     Returns:
         Exit status: 0 all as in the robot file, 1 something is not.
     """
-    robot_file, clock = load_robot(robot), RealClock()
+    robot_file, clock = robot_in_use(robot, stack), RealClock()
     with opened(robot_file, bus, stack=stack, clock=clock) as taps:
         found, refused = scan(taps, clock, discover=discover, force=force)
     rows = list(findings(robot_file, found))
@@ -163,4 +163,12 @@ def remedies(
 ) -> list[str]:
     """What is not as the robot file says, over all buses together, and what to do about it."""
     heard = {tap.number: list(found[tap.name].values()) for tap in taps if tap.number != NO_NUMBER}
-    return [one.text for one in differences(heard, robot_description(robot))]
+    told = differences(heard, robot_description(robot))
+    silent = {number for number, found_there in heard.items() if not found_there}
+    quiet = [
+        f"nobody answers on bus {number} {name}: check the bus, or name the boards in use with "
+        "--robot name:parts"
+        for name, number in ((tap.name, tap.number) for tap in taps)
+        if number in silent and any(one.bus == number for one in told)
+    ]
+    return [*quiet, *(one.text for one in told if one.bus not in silent)]

@@ -8,11 +8,10 @@ from hal.wire.can import EVERYBODY, Frame, low_of, source_of
 from hal.wire.catalogue import POLLED_CLASSES, Direction, Form, decode, named
 from hal.wire.layout import Field, Layout, WireError
 from hal.wire.message import AxisCommand, Command, PeriodicMessage
-from services.cli.can_buses import Tap, arrivals, opened
+from services.cli.can_buses import Tap, arrivals, opened, robot_in_use
 from services.cli.can_danger import danger
 from services.cli.can_dump import line
 from services.cli.can_names import BusNames
-from services.config import load_robot
 from services.core.clock import NS_PER_S, Clock, RealClock
 from services.core.errors import ConfigError, ServiceError
 
@@ -58,9 +57,11 @@ def named_frame(
         address, axis = place
     elif to:
         address = _address(to, names)
+    form = _form(name, len(values))
     if address is None:
         raise ConfigError(f"{name}: say which board with --to or --joint")
-    form = _form(name, len(values))
+    if axis not in (0, 1):
+        raise ConfigError(f"--axis {axis}: an address has the axes 0 and 1")
     given = _values(form, values)
     try:
         return _encoded(form, address, axis, given)
@@ -187,7 +188,7 @@ def can_send(
     to: str = "",
     joint: str = "",
     axis: int = 0,
-    robot: str = "icub",
+    robot: str = "",
     stack: str = "",
     wait: float = 0.1,
     yes: bool = False,
@@ -206,7 +207,7 @@ def can_send(
         to: board or address that receives a request or sends a broadcast; everybody.
         joint: instead of --to and --axis.
         axis: 0 or 1 of the address.
-        robot: whose buses and boards they are.
+        robot: whose buses and boards they are [the running stack's, else icub].
         stack: name of a running stack [the robot's].
         wait: seconds to wait for answers.
         yes: send it although it is dangerous.
@@ -215,7 +216,7 @@ def can_send(
         Exit status: 0 sent, 1 it should have been answered and was not.
     """
     clock = RealClock()
-    with opened(load_robot(robot), (bus,), stack=stack, clock=clock) as (tap,):
+    with opened(robot_in_use(robot, stack), (bus,), stack=stack, clock=clock) as (tap,):
         if "#" in message:
             frame = raw_frame(message)
         else:

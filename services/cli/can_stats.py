@@ -14,9 +14,9 @@ from rich.table import Table
 
 from hal.buses.python_can import PythonCanBus
 from hal.wire.can import Received
-from services.cli.can_buses import Tap, arrivals, opened
-from services.config import load_robot
+from services.cli.can_buses import Tap, arrivals, opened, robot_in_use
 from services.core.clock import NS_PER_S, Clock, RealClock
+from services.core.errors import ConfigError
 
 BIT_RATE = 1_000_000  # bit/s of the iCub's buses
 FRAME_BITS = 47  # around the data bytes of an 11-bit frame, without stuffing (can-protocol 11.3)
@@ -135,7 +135,7 @@ def detail_table(counts: Sequence[BusCount], seconds: float, by: By) -> Table:
 
 def can_stats(
     *,
-    robot: str = "icub",
+    robot: str = "",
     stack: str = "",
     bus: tuple[str, ...] = (),
     seconds: float = 5.0,
@@ -148,14 +148,16 @@ def can_stats(
     Example: ulna can stats --seconds 2 --by board
 
     Args:
-        robot: whose buses and boards they are.
+        robot: whose buses and boards they are [the running stack's, else icub].
         stack: name of a running stack [the robot's].
         bus: bus of the robot, its number, an interface, or interface:channel of python-can [all].
         seconds: how long.
         by: a second table by board, message or id.
     """
+    if seconds <= 0.0:
+        raise ConfigError(f"--seconds {seconds:g}: must be above 0")
     clock = RealClock()
-    with opened(load_robot(robot), bus, stack=stack, clock=clock) as taps:
+    with opened(robot_in_use(robot, stack), bus, stack=stack, clock=clock) as taps:
         begin_ns = clock.now_ns()
         counts = count_frames(taps, clock, begin_ns + round(seconds * NS_PER_S))
         taken_s = (clock.now_ns() - begin_ns) / NS_PER_S

@@ -19,6 +19,7 @@ from services.reach_live import run_live
 from services.reach_one_process import run_one_process
 from services.reach_record import Report
 from services.reach_virtual import Outcome, run_virtual
+from services.robot_tables import RobotFile
 
 STIFF_BAR_M = 0.0015
 COMPLIANT_BAR_M = 0.003
@@ -70,6 +71,10 @@ def reach(
     if not 1 <= hop_ms <= MAX_HOP_MS:
         raise ConfigError(f"--hop-ms: {hop_ms} is outside 1..{MAX_HOP_MS}")
     robot_file = load_robot(robot)
+    _check_robot(robot_file, robot)
+    for file in (json_file, plot):
+        if not file.parent.is_dir():
+            raise ConfigError(f"cannot write {file}: there is no folder {file.parent}")
     bar = LIVE_BAR_M if not virtual else STIFF_BAR_M if stiff else COMPLIANT_BAR_M
     options = ReachOptions(
         seed=seed,
@@ -166,6 +171,19 @@ def _cell(value: object, unit: str) -> str:
         )
     text = f"{value:.2f}" if isinstance(value, float) else str(value)
     return f"{text} {unit}".rstrip()
+
+
+def _check_robot(robot: RobotFile, reference: str) -> None:
+    """Refuse a robot that cannot do the job, before anything is started."""
+    if not robot.can_reach:
+        missing = ", ".join(part for part in robot.reach.parts if part not in robot.parts)
+        raise ConfigError(f"--robot {reference}: reaching needs {missing}, too; icub:reach has it")
+    real = [board for board in robot.boards if not robot.is_simulated(board)]
+    if real:
+        raise ConfigError(
+            f"--robot {reference}: {real[0]} is no emulated board, and the demo judges itself by "
+            "the emulated robot's true motion; ulna up runs on real boards"
+        )
 
 
 def _progress(console: Console) -> Progress:

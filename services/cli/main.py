@@ -7,17 +7,6 @@ from pathlib import Path
 
 import cyclopts
 
-from services.cli.board import board_list, board_run
-from services.cli.can import can_up
-from services.cli.can_dbc import can_dbc, can_docs
-from services.cli.can_dump import can_dump
-from services.cli.can_log import can_log, can_replay
-from services.cli.can_scan import can_scan
-from services.cli.can_send import can_send
-from services.cli.can_stats import can_stats
-from services.cli.demo import reach
-from services.cli.fault import board_fault, board_faults
-from services.cli.up import up
 from services.core.errors import ProcessDiedError, ServiceError
 
 PACKAGES = ("services", "hal", "dforc", "firmware_sim")
@@ -35,21 +24,22 @@ board = cyclopts.App(name="board", help="Emulated boards, one by one.")
 app.command(demo)
 app.command(can)
 app.command(board)
-board.command(board_run, name="run")
-board.command(board_list, name="list")
-board.command(board_fault, name="fault")
-board.command(board_faults, name="faults")
-app.command(up, name="up")
-demo.command(reach, name="reach")
-can.command(can_up, name="up")
-can.command(can_scan, name="scan")
-can.command(can_dump, name="dump")
-can.command(can_send, name="send")
-can.command(can_stats, name="stats")
-can.command(can_log, name="log")
-can.command(can_replay, name="replay")
-can.command(can_dbc, name="dbc")
-can.command(can_docs, name="docs")
+# By name, so that a verb loads its own modules only: solver and compiler take a second.
+board.command("services.cli.board:board_run", name="run")
+board.command("services.cli.board:board_list", name="list")
+board.command("services.cli.fault:board_fault", name="fault")
+board.command("services.cli.fault:board_faults", name="faults")
+app.command("services.cli.up:up", name="up")
+demo.command("services.cli.demo:reach", name="reach")
+can.command("services.cli.can:can_up", name="up")
+can.command("services.cli.can_scan:can_scan", name="scan")
+can.command("services.cli.can_dump:can_dump", name="dump")
+can.command("services.cli.can_send:can_send", name="send")
+can.command("services.cli.can_stats:can_stats", name="stats")
+can.command("services.cli.can_log:can_log", name="log")
+can.command("services.cli.can_log:can_replay", name="replay")
+can.command("services.cli.can_dbc:can_dbc", name="dbc")
+can.command("services.cli.can_dbc:can_docs", name="docs")
 
 
 def version() -> str:

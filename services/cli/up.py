@@ -94,7 +94,7 @@ class Stack:
             NotReadyError: a process did not get ready in time.
         """
         complete = False
-        self._claim = Claim(self._name, robot_name(self._robot))
+        self._claim = Claim(self._name, robot_name(self._robot), self._robot)
         try:
             self._start_hub(self._claim)
             for stage in range(STAGES):

@@ -26,6 +26,7 @@ class RunRecord(msgspec.Struct, frozen=True, kw_only=True):
     pid: int
     endpoint: str = ""  # empty until the hub listens
     can: str = ""
+    reference: str = ""  # name[:parts][@site] that the stack runs
 
 
 def run_directory() -> Path:
@@ -49,7 +50,7 @@ def run_directory() -> Path:
 class Claim:
     """A stack name that is ours until release() or the end of this process."""
 
-    def __init__(self, name: str, robot: str) -> None:
+    def __init__(self, name: str, robot: str, reference: str = "") -> None:
         """Take the name.
 
         Raises:
@@ -64,7 +65,7 @@ class Claim:
             raise AlreadyRunningError(name, pid)
         os.ftruncate(self._lock, 0)
         os.pwrite(self._lock, str(os.getpid()).encode(), 0)
-        self.record = RunRecord(name=name, robot=robot, pid=os.getpid())
+        self.record = RunRecord(name=name, robot=robot, pid=os.getpid(), reference=reference)
         self._path.unlink(missing_ok=True)  # of a stack that crashed
         self.logs = self._directory / name
         self.logs.mkdir(mode=0o700, exist_ok=True)

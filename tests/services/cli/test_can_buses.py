@@ -7,7 +7,7 @@ from pathlib import Path
 import can
 import pytest
 
-from services.cli.can_buses import opened
+from services.cli.can_buses import opened, robot_in_use
 from services.cli.can_dbc import can_dbc, can_docs, every_node
 from services.cli.can_dump import can_dump
 from services.cli.can_log import can_log, can_replay
@@ -15,6 +15,7 @@ from services.cli.can_send import can_send
 from services.cli.can_stats import can_stats
 from services.core.clock import RealClock
 from services.core.errors import ConfigError, NotRunningError, ServiceError
+from services.core.rundir import Claim
 from tests.services.cli.can_bench import ROBOT
 
 PLACE = "right_arm=virtual:ulna-test"
@@ -134,7 +135,7 @@ def test_what_cannot_be_opened_is_one_sentence(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    with pytest.raises(ConfigError, match="no bus 'tail'; known: head_torso"):
+    with pytest.raises(ConfigError, match="no bus 'tail' here; buses: head_torso"):
         opened(ROBOT, ("tail=virtual:x",)).__enter__()
     with pytest.raises(ServiceError, match="nonsense"):
         opened(ROBOT, ("nonsense:x",)).__enter__()
@@ -182,3 +183,51 @@ def test_dbc_and_docs_go_to_standard_output_or_tell_why_not(
     assert capsys.readouterr().out.startswith("# The frames on the wire")
     with pytest.raises(ConfigError, match="cannot write"):
         can_docs(out=tmp_path / "missing" / "page.md")
+
+
+def test_an_unknown_bus_is_told_with_those_that_there_are() -> None:
+    with pytest.raises(
+        ConfigError, match=r"no bus 'right_foot' here; buses: head_torso \(0\), lef"
+    ):
+        can_dump(bus=("right_foot",))
+
+
+def test_refuses_to_wait_for_a_board_or_message_that_cannot_come() -> None:
+    with pytest.raises(ConfigError, match="icub has no board 'r_sholder'; known: neck"):
+        can_dump(bus=(PLACE,), board=("r_sholder",))
+    with pytest.raises(ConfigError, match="no message 'POSITON'"):
+        can_dump(bus=(PLACE,), message=("POSITON",))
+
+
+def test_a_log_in_a_missing_folder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"cannot write .*arm.log: No such file or directory"):
+        can_log(tmp_path / "nowhere" / "arm.log", bus=(PLACE,), seconds=0.1)
+
+
+@pytest.mark.parametrize("name", ["arm.log", "arm.blf"])
+def test_a_file_of_garbage_is_refused(tmp_path: Path, name: str) -> None:
+    file = tmp_path / name
+    file.write_bytes(b"garbage without end\n")
+    with pytest.raises(ConfigError, match=r"is no \.(log|blf) file of CAN frames"):
+        can_dump(file=file)
+
+
+def test_a_dbc_of_a_bus_by_its_number(capsys: pytest.CaptureFixture[str]) -> None:
+    assert can_dbc(bus="2") == 0
+    assert "r_shoulder" in capsys.readouterr().out
+
+
+def test_an_unknown_message_is_told_before_its_receiver_is_asked_for() -> None:
+    with pytest.raises(ConfigError, match="no message 'GET_POS_PIT'"):
+        can_send(PLACE, "GET_POS_PIT")
+
+
+def test_looks_at_the_robot_of_the_running_stack(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    claim = Claim("bench", "icub", "icub:right_arm@bench")
+    claim.publish("tcp/127.0.0.1:1", "zenoh")
+    assert set(robot_in_use("", "bench").buses) == {"right_arm"}
+    claim.release()
+    assert len(robot_in_use("", "").buses) == 10

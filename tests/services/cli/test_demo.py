@@ -88,3 +88,20 @@ def test_a_bus_that_cannot_be_opened_is_named(
     arguments = ["--can", "socketcan", "--one-process", "--robot", str(robot)]
     assert main(["demo", "reach", *arguments]) == 2
     assert "nocan0" in capsys.readouterr().err
+
+
+def test_refuses_a_robot_without_the_reaching_arm(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "reach", "--virtual", "--robot", "icub:left_leg"]) == 2
+    assert "reaching needs torso, right_arm, too" in capsys.readouterr().err
+
+
+def test_refuses_a_robot_with_real_boards(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["demo", "reach", "--robot", "icub@real"]) == 2
+    assert "neck is no emulated board" in capsys.readouterr().err
+
+
+def test_refuses_a_report_in_a_missing_folder(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert main(["demo", "reach", "--virtual", "--json", str(tmp_path / "no" / "r.json")]) == 2
+    assert "there is no folder" in capsys.readouterr().err
