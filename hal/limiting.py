@@ -12,6 +12,9 @@ CYCLE_S = 0.01  # one set-point per axis
 BRAKING_S = 0.6  # the slowest of the boards' position loops settle in this
 CREEP_TICKS = 0.2  # so that the limit itself is reached
 COASTING_S = 0.25  # how long an axis without power may run on
+STOPPING_S = 0.15  # how long one may that its position loop brakes
+REACTION_S = 0.005  # from a board's reference to the POSITION frame that is known here
+MOST_BEYOND_RAD = math.radians(5.0)  # farther out it has not overshot: somebody has put it there
 
 
 def limited_step(value: float, reached: float, largest: float) -> float:
@@ -28,16 +31,34 @@ def position_step(units: AxisUnits, reached_ticks: float, step: float, largest: 
 
 
 def limited_velocity(units: AxisUnits, q_rad: float, dq_rad_s: float, look_ahead_s: float) -> float:
-    """A velocity that ends inside the limits even if it is kept for `look_ahead_s`."""
-    room_up = max(units.max_rad - q_rad, 0.0) / look_ahead_s
-    room_down = max(q_rad - units.min_rad, 0.0) / look_ahead_s
-    highest = min(room_up, units.max_velocity_rad_s)
-    lowest = -min(room_down, units.max_velocity_rad_s)
+    """A velocity that ends inside the limits even if it is kept for `look_ahead_s`.
+
+    An axis that has overshot a limit goes back, whatever is asked for.
+    """
+    highest = min(_room(units.max_rad - q_rad) / look_ahead_s, units.max_velocity_rad_s)
+    lowest = -min(_room(q_rad - units.min_rad) / look_ahead_s, units.max_velocity_rad_s)
     return min(max(dq_rad_s, lowest), highest)
 
 
-def is_near_limit(units: AxisUnits, q_rad: float, dq_rad_s: float) -> bool:
-    """Whether an axis that loses its power now may leave its limits, or has left them."""
-    coasted_rad = q_rad + dq_rad_s * COASTING_S
+def _room(left_rad: float) -> float:
+    """Room up to a limit, negative behind it; none far out, where nothing overshoots."""
+    return left_rad if left_rad >= -MOST_BEYOND_RAD else 0.0
+
+
+def is_near_limit(units: AxisUnits, q_rad: float, dq_rad_s: float, ahead_s: float) -> bool:
+    """Whether an axis that runs on for `ahead_s` leaves its limits, or has left them.
+
+    One tick outside is inside: there an axis may stand that was moved to its limit.
+    """
+    coasted_rad = q_rad + dq_rad_s * ahead_s
+    slack_rad = abs(units.rad_per_tick)
     low, high = min(q_rad, coasted_rad), max(q_rad, coasted_rad)
-    return low < units.min_rad or high > units.max_rad
+    return low < units.min_rad - slack_rad or high > units.max_rad + slack_rad
+
+
+def way_back(units: AxisUnits, ticks: int, dq_rad_s: float) -> int | None:
+    """Where an axis has to return to whose reference was set where it is, None if nowhere."""
+    reference = ticks + dq_rad_s * REACTION_S * units.ticks_per_rad
+    target = min(max(reference, units.low_ticks), units.high_ticks)
+    beyond_rad = abs((reference - target) * units.rad_per_tick)
+    return round(target) if 0.0 < beyond_rad <= MOST_BEYOND_RAD else None

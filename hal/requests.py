@@ -122,7 +122,7 @@ class Requests:
                 reason = f"{axis.name} is not calibrated"
             if not reason and mode == ControlMode.TORQUE:
                 reason = self._no_torques(axis)
-            if not reason and mode == ControlMode.OPENLOOP:
+            if not reason and mode in (ControlMode.OPENLOOP, ControlMode.TORQUE):
                 reason = _outside_limits(axis)
         return reason or together([switch_mode(axis, mode) for axis in axes])
 
@@ -133,7 +133,7 @@ class Requests:
         reason = _unavailable(axes)
         if interaction == InteractionMode.COMPLIANT:
             for axis in axes:
-                reason = reason or self._no_torques(axis)
+                reason = reason or self._no_torques(axis) or _outside_limits(axis)
         return reason or together([switch_interaction(axis, interaction) for axis in axes])
 
     def _no_torques(self, axis: Axis) -> str:
@@ -175,7 +175,7 @@ def _unavailable(axes: Axes) -> str:
 
 def _outside_limits(axis: Axis) -> str:
     q_rad = axis.units.q_rad(axis.ticks)
-    if axis.units.min_rad <= q_rad <= axis.units.max_rad:
+    if _within(axis.units, q_rad):
         return ""
     return f"{axis.name} is outside its limits at {q_rad:.4f} rad"
 

@@ -2,7 +2,8 @@
 
 Position-direct references are clamped to the joint's limits and approached from the last one sent
 at the joint's maximal velocity, so that no caller can make an axis jump. Every change of mode
-forgets what was wanted before.
+forgets what was wanted before. An axis that nears a limit where no position loop holds it is made
+stiff, and one whose board has taken a place beyond the limits as its reference is brought back.
 """
 
 from hal.axis import Axis
@@ -10,12 +11,15 @@ from hal.boards.settings import impedance_setting
 from hal.faults import FaultLog
 from hal.limiting import (
     BRAKING_S,
+    COASTING_S,
     CYCLE_S,
+    STOPPING_S,
     is_near_limit,
     limited_step,
     limited_velocity,
     position_step,
 )
+from hal.returning import bring_back
 from hal.torques import make_stiff
 from hal.wire import motor
 from hal.wire.modes import ControlMode
@@ -25,6 +29,7 @@ CYCLE_NS = round(CYCLE_S * 1e9)
 REPEAT_NS = 100_000_000  # an unchanged reference, in case a frame was lost
 AGE_NS = 100_000_000  # the boards have no time-out of their own in torque and open-loop mode
 ACCELERATION = 1  # least value of VELOCITY_MOVE; with shift 8 any real acceleration is below 1
+WATCH_NS = 4_000_000  # POSITION frames come as often
 NEVER_NS = 1 << 62
 _DIRECT = int(ControlMode.DIRECT)  # compared each cycle
 _UNTIMED = {ControlMode.TORQUE: "torque", ControlMode.OPENLOOP: "pwm"}
@@ -51,6 +56,7 @@ class Setpoints:
         "_offset_due",
         "_reached",
         "_repeat_ns",
+        "_rescue_ns",
         "_target_ticks",
         "_torque_counts",
         "_velocity_rad_s",
@@ -66,6 +72,7 @@ class Setpoints:
         self._repeat_ns = 0
         self._offset_cycle_ns = 0
         self._offset_due = False
+        self._rescue_ns = 0
         self._given_ns = 0
         self.due_ns = 0
         self.limits_changed()
@@ -103,6 +110,8 @@ class Setpoints:
             axis.command(row, *values)
             self._offset_due = True
             self._offset_cycle_ns = 0
+        else:
+            self._target_ticks = bring_back(axis)
 
     def write_again(self) -> None:
         """Somebody else may have moved the reference."""
@@ -157,6 +166,10 @@ class Setpoints:
         if axis.switching:
             return
         self.due_ns = NEVER_NS
+        if (axis.is_compliant or axis.mode in _UNTIMED) and axis.is_powered:
+            if self._nears_limit(now_ns):
+                return
+            self._look_again(now_ns + WATCH_NS)
         if self._offset_due and axis.is_compliant:
             self._send_offset(now_ns)
         if now_ns < self._cycle_ns:
@@ -167,6 +180,21 @@ class Setpoints:
             self._send_velocity(now_ns)
         elif axis.mode in _UNTIMED:
             self._send_untimed(now_ns)
+
+    def _nears_limit(self, now_ns: int) -> bool:
+        """Whether the axis had to be made stiff: no reference keeps it from its limits."""
+        axis = self._axis
+        ahead_s = COASTING_S if axis.mode == ControlMode.OPENLOOP else STOPPING_S
+        if not is_near_limit(axis.units, *axis.motion, ahead_s):
+            return False
+        if now_ns < self._rescue_ns:  # under way
+            self._look_again(self._rescue_ns)
+            return True
+        self._rescue_ns = now_ns + CYCLE_NS
+        mode = _UNTIMED.get(ControlMode(axis.mode))
+        how = "while compliant" if mode is None else f"in {mode} mode"
+        self._give_up(now_ns, f"{axis.name} nears its limit {how}")
+        return True
 
     def _look_again(self, at_ns: int) -> None:
         self.due_ns = min(self.due_ns, at_ns)
@@ -217,14 +245,11 @@ class Setpoints:
         axis.send(motor.VELOCITY_MOVE, units.velocity_counts(allowed), ACCELERATION)
 
     def _send_untimed(self, now_ns: int) -> None:
-        """Torque and open loop: the host watches the age, and in open loop the limits."""
+        """Torque and open loop: the host watches the age."""
         axis = self._axis
         name = _UNTIMED[ControlMode(axis.mode)]
         if now_ns - self._given_ns > AGE_NS:
             self._give_up(now_ns, f"no {name} set-point for {AGE_NS / 1e9:.1f} s")
-            return
-        if axis.mode == ControlMode.OPENLOOP and is_near_limit(axis.units, *axis.motion):
-            self._give_up(now_ns, f"{axis.name} nears its limit in {name} mode")
             return
         if self._torque_counts is not None and axis.mode == ControlMode.TORQUE:
             largest = self._max_torque_step
@@ -240,7 +265,8 @@ class Setpoints:
         self._look_again(now_ns + CYCLE_NS)
 
     def _give_up(self, now_ns: int, cause: str) -> None:
-        text = f"{cause}: {self._axis.name} to position mode"
+        timed = self._axis.mode not in _UNTIMED
+        text = f"{cause}: {self._axis.name} {'made stiff' if timed else 'to position mode'}"
         self._faults.report(now_ns, text, text)
         self._cycle_ns = now_ns + CYCLE_NS
         self._look_again(self._cycle_ns)
