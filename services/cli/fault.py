@@ -2,10 +2,13 @@
 
 import sys
 
+import msgspec
 from rich.console import Console
 from rich.table import Table
 
 from firmware_sim.switch_table import SWITCHES
+from services.cli.can_dbc import bus_named
+from services.config import load_robot
 from services.core.client import Client
 from services.core.clock import RealClock
 from services.core.errors import ServiceError
@@ -19,7 +22,7 @@ FAILED = 2
 def board_fault(
     kind: str,
     *,
-    bus: int | None = None,
+    bus: str = "",
     address: int | None = None,
     axis: int | None = None,
     value: int | None = None,
@@ -37,7 +40,7 @@ def board_fault(
 
     Args:
         kind: name of the fault.
-        bus: number of the bus.
+        bus: name, number or interface of a bus, as right_arm, 2 or vcan2.
         address: CAN address of the board; without it, the whole bus.
         axis: 0 or 1 at that address.
         value: what the kind says: Hall code, mA, channel, taxel or triangle.
@@ -56,7 +59,6 @@ def board_fault(
         request = FaultRequest(
             kind=kind,
             on=not off,
-            bus=bus,
             address=address,
             axis=axis,
             value=value,
@@ -71,6 +73,10 @@ def board_fault(
         return FAILED
     try:
         record = read_record(stack)
+        if bus:
+            robot = load_robot(record.reference or record.robot)
+            number = robot.buses[bus_named(robot, bus)].number
+            request = msgspec.structs.replace(request, bus=number)
         with Client(record.robot, record.endpoint, RealClock()) as client:
             reply = client.call(FAULT_CALL, request)
     except ServiceError as error:
