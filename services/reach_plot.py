@@ -19,7 +19,7 @@ SHOWN_TORQUES = ("r_shoulder_pitch", "r_shoulder_roll", "r_shoulder_yaw", "r_elb
 def draw(recording: Recording, path: Path) -> None:
     """Write the figure as PNG (or what the file's ending asks for)."""
     figure = plt.figure(figsize=(14, 9), layout="constrained")
-    grid = figure.add_gridspec(3, 2, width_ratios=(1.1, 1.0))
+    grid = figure.add_gridspec(3, 2, width_ratios=(1.1, 1.0), wspace=0.1)
     space = figure.add_subplot(grid[:, 0], projection="3d")
     assert isinstance(space, Axes3D)
     _draw_space(space, recording)
@@ -68,7 +68,7 @@ def _draw_space(axes: Axes3D, recording: Recording) -> None:
     _look_across(axes, recording)
     axes.set_xlabel("x [m] (backwards)")
     axes.set_ylabel("y [m] (right)")
-    axes.set_zlabel("z [m] (up)", labelpad=-1)
+    axes.set_zlabel("z [m] (up)")
     axes.set_aspect("equal")
     if trace.tip_m:
         axes.legend(loc="upper left")
