@@ -1,5 +1,6 @@
 """Requests to the robot: checked, then turned into tasks."""
 
+import math
 from collections.abc import Callable, Sequence
 
 from hal.axis import Axis
@@ -20,6 +21,9 @@ from hal.wire.modes import ControlMode, InteractionMode
 Axes = list[Axis]
 PARK_S = 30.0
 AGAIN = "again"
+# From a standstill a full torque takes an axis so far before anybody can tell and brake it.
+TORQUE_ROOM_DEG = 5.0
+SPRING_ROOM_DEG = 2.0  # the spring holds back
 Prepared = Steps | str  # the work, or why it is refused
 
 
@@ -122,8 +126,10 @@ class Requests:
                 reason = f"{axis.name} is not calibrated"
             if not reason and mode == ControlMode.TORQUE:
                 reason = self._no_torques(axis)
-            if not reason and mode in (ControlMode.OPENLOOP, ControlMode.TORQUE):
+            if not reason and mode == ControlMode.OPENLOOP:
                 reason = _outside_limits(axis)
+            if not reason and mode == ControlMode.TORQUE:
+                reason = _too_near(axis, TORQUE_ROOM_DEG)
         return reason or together([switch_mode(axis, mode) for axis in axes])
 
     def _interaction(self, axes: Axes, value: str) -> Prepared:
@@ -133,7 +139,7 @@ class Requests:
         reason = _unavailable(axes)
         if interaction == InteractionMode.COMPLIANT:
             for axis in axes:
-                reason = reason or self._no_torques(axis) or _outside_limits(axis)
+                reason = reason or self._no_torques(axis) or _too_near(axis, SPRING_ROOM_DEG)
         return reason or together([switch_interaction(axis, interaction) for axis in axes])
 
     def _no_torques(self, axis: Axis) -> str:
@@ -178,6 +184,21 @@ def _outside_limits(axis: Axis) -> str:
     if _within(axis.units, q_rad):
         return ""
     return f"{axis.name} is outside its limits at {q_rad:.4f} rad"
+
+
+def _too_near(axis: Axis, room_deg: float) -> str:
+    """Why force control may not begin where an axis stands, empty when it may."""
+    reason = _outside_limits(axis)
+    if reason:
+        return reason
+    units = axis.units
+    q_rad = units.q_rad(axis.ticks)
+    left_deg = math.degrees(min(q_rad - units.min_rad, units.max_rad - q_rad))
+    if left_deg >= room_deg:
+        return ""
+    return (
+        f"{axis.name} is {left_deg:.2f} deg from its limit, nearer than {room_deg:g}: move it first"
+    )
 
 
 def _mode_name(axis: Axis) -> str:

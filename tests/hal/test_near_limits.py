@@ -68,11 +68,35 @@ def test_a_compliant_axis_is_made_stiff_before_it_runs_into_a_limit(
 
 
 def test_a_compliant_axis_may_stand_one_tick_outside() -> None:
-    script = script_in(0x01, 420)
+    script = script_in(0x01)
     compliant(script)
-    stand(script, 420)
+    for ticks in range(920, 419, -20):  # 5 ticks/ms would be too fast; here none is reported
+        stand(script, ticks)
 
     assert not [text for text in script.robot.status().faults if "nears its limit" in text]
+
+
+@pytest.mark.parametrize(
+    ("action", "value", "ticks", "reason"),
+    [  # 477 ticks are 4.93 deg, 478 5.02; 443 ticks 1.95 deg, 444 2.03
+        ("mode", "torque", 477, "roll is 4.93 deg from its limit, nearer than 5: move it first"),
+        ("mode", "torque", 478, ""),
+        (
+            "interaction",
+            "compliant",
+            443,
+            "roll is 1.95 deg from its limit, nearer than 2: move it first",
+        ),
+        ("interaction", "compliant", 444, ""),
+    ],
+)
+def test_force_control_begins_with_room_to_brake(
+    action: str, value: str, ticks: int, reason: str
+) -> None:
+    script = script_in(0x01, ticks)
+    script.torques()
+
+    assert script.robot.request(action, ["roll"], value).reason == reason
 
 
 def test_an_axis_in_torque_mode_leaves_it_at_a_limit() -> None:
