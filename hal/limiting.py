@@ -11,8 +11,8 @@ from hal.units import AxisUnits
 CYCLE_S = 0.01  # one set-point per axis
 BRAKING_S = 0.6  # the slowest of the boards' position loops settle in this
 CREEP_TICKS = 0.2  # so that the limit itself is reached
-COASTING_S = 0.25  # how long an axis without power may run on
-STOPPING_S = 0.15  # how long one may that its position loop brakes
+COASTING_S = 0.25  # how long an axis may run on without power, or from torques at full scale
+STOPPING_S = 0.15  # how long one may from its spring
 REACTION_S = 0.005  # from a board's reference to the POSITION frame that is known here
 MOST_BEYOND_RAD = math.radians(5.0)  # farther out it has not overshot: somebody has put it there
 

@@ -184,7 +184,7 @@ class Setpoints:
     def _nears_limit(self, now_ns: int) -> bool:
         """Whether the axis had to be made stiff: no reference keeps it from its limits."""
         axis = self._axis
-        ahead_s = COASTING_S if axis.mode == ControlMode.OPENLOOP else STOPPING_S
+        ahead_s = COASTING_S if axis.mode in _UNTIMED else STOPPING_S
         if not is_near_limit(axis.units, *axis.motion, ahead_s):
             return False
         if now_ns < self._rescue_ns:  # under way
