@@ -142,7 +142,7 @@ def table(report: Report) -> Table:
         ("smallest clearance of the whole arm", "min_arm_clearance_mm", "mm"),
         ("time to target", "time_to_target_s", "s"),
         ("ticks outside a joint limit", "limit_violations", ""),
-        ("joints not yet held to them", "joints_not_held_to_limits", ""),
+        ("joints whose limits are not counted yet", "joints_not_held_to_limits", ""),
         ("board faults", "board_faults", ""),
         ("CAN frames", "frames_total", ""),
         ("CAN frames lost", "frames_lost", ""),

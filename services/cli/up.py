@@ -13,7 +13,7 @@ from services.config import load_robot
 from services.core.child import Child
 from services.core.client import Client
 from services.core.clock import NS_PER_S, RealClock
-from services.core.errors import NotReadyError, ProcessDiedError, ServiceError
+from services.core.errors import ConfigError, NotReadyError, ProcessDiedError, ServiceError
 from services.core.live import GRACE_S, robot_name
 from services.core.rundir import Claim
 from services.core.stopping import LimbStop, StopRequests
@@ -255,10 +255,18 @@ def _board_news(stack: Stack) -> Callable[[], None]:
 def choose_can(
     asked: Can | None, interfaces: Sequence[str], real: Sequence[str] = ()
 ) -> tuple[Can, str]:
-    """The transport of a live stack, and why; `real` are the interfaces that have real boards."""
+    """The transport of a live stack, and why; `real` are the interfaces that have real boards.
+
+    Raises:
+        ConfigError: SocketCAN is asked for, and an interface is not up.
+    """
+    names = ", ".join(interfaces)
+    if asked == "socketcan" and not interfaces_up(interfaces):
+        raise ConfigError(
+            f"--can socketcan: not all of {names} are up (ulna can up makes virtual ones)"
+        )
     if asked is not None:
         return asked, "as asked for"
-    names = ", ".join(interfaces)
     if interfaces_up(interfaces):
         return "socketcan", f"the interfaces are up: {names}"
     there = [name for name in real if interfaces_up((name,))]

@@ -1,16 +1,26 @@
 import pytest
 
 from services.cli import up
-from services.cli.can import commands_for
+from services.cli.can_up import commands_for
 from services.config import load_robot
+from services.core.errors import ConfigError
 from services.processes import HUB, PROCESSES, STAGES, stage_of
 
 VIRTUAL = ("vcan0", "vcan2")
 
 
-def test_what_the_user_asks_for_is_taken() -> None:
+def test_what_the_user_asks_for_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(up, "interfaces_up", lambda _names: True)
     assert up.choose_can("zenoh", VIRTUAL) == ("zenoh", "as asked for")
     assert up.choose_can("socketcan", VIRTUAL) == ("socketcan", "as asked for")
+
+
+def test_socketcan_without_its_interfaces_is_refused_before_anything_starts(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(up, "interfaces_up", lambda _names: False)
+    with pytest.raises(ConfigError, match="not all of vcan0, vcan2 are up"):
+        up.choose_can("socketcan", VIRTUAL)
 
 
 @pytest.mark.parametrize(("all_up", "chosen"), [(True, "socketcan"), (False, "zenoh")])
