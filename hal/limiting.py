@@ -45,13 +45,16 @@ def _room(left_rad: float) -> float:
     return left_rad if left_rad >= -MOST_BEYOND_RAD else 0.0
 
 
-def is_near_limit(units: AxisUnits, q_rad: float, dq_rad_s: float, ahead_s: float) -> bool:
+def is_near_limit(
+    units: AxisUnits, motion: tuple[float, float], ahead_s: float, slack_rad: float
+) -> bool:
     """Whether an axis that runs on for `ahead_s` leaves its limits, or has left them.
 
-    One tick outside is inside: there an axis may stand that was moved to its limit.
+    `slack_rad` outside is inside: one tick at least, for there an axis may stand that was moved to
+    its limit.
     """
+    q_rad, dq_rad_s = motion
     coasted_rad = q_rad + dq_rad_s * ahead_s
-    slack_rad = abs(units.rad_per_tick)
     low, high = min(q_rad, coasted_rad), max(q_rad, coasted_rad)
     return low < units.min_rad - slack_rad or high > units.max_rad + slack_rad
 

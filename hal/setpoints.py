@@ -6,6 +6,8 @@ forgets what was wanted before. An axis that nears a limit where no position loo
 stiff, and one whose board has taken a place beyond the limits as its reference is brought back.
 """
 
+import math
+
 from hal.axis import Axis
 from hal.boards.settings import impedance_setting
 from hal.faults import FaultLog
@@ -183,9 +185,12 @@ class Setpoints:
 
     def _nears_limit(self, now_ns: int) -> bool:
         """Whether the axis had to be made stiff: no reference keeps it from its limits."""
-        axis = self._axis
-        ahead_s = COASTING_S if axis.mode in _UNTIMED else STOPPING_S
-        if not is_near_limit(axis.units, *axis.motion, ahead_s):
+        axis, slack_rad = self._axis, abs(self._axis.units.rad_per_tick)
+        ahead_s = COASTING_S
+        if axis.mode not in _UNTIMED:  # a spring may give way by half of what is left
+            ahead_s = STOPPING_S
+            slack_rad = max(slack_rad, math.radians(axis.joint.margin_deg / 2.0))
+        if not is_near_limit(axis.units, axis.motion, ahead_s, slack_rad):
             return False
         if now_ns < self._rescue_ns:  # under way
             self._look_again(self._rescue_ns)
