@@ -12,7 +12,8 @@ CYCLE_S = 0.01  # one set-point per axis
 BRAKING_S = 0.6  # the slowest of the boards' position loops settle in this
 CREEP_TICKS = 0.2  # so that the limit itself is reached
 COASTING_S = 0.25  # how long an axis may run on without power, or from torques at full scale
-STOPPING_S = 0.15  # how long one may from its spring
+STOPPING_S = 0.1  # how long one may from its spring, at least
+STOPPING_S2_RAD = 0.2  # and longer when it is faster: it has to be braked
 REACTION_S = 0.005  # from a board's reference to the POSITION frame that is known here
 MOST_BEYOND_RAD = math.radians(5.0)  # farther out it has not overshot: somebody has put it there
 
@@ -57,6 +58,11 @@ def is_near_limit(
     coasted_rad = q_rad + dq_rad_s * ahead_s
     low, high = min(q_rad, coasted_rad), max(q_rad, coasted_rad)
     return low < units.min_rad - slack_rad or high > units.max_rad + slack_rad
+
+
+def spring_ahead_s(dq_rad_s: float) -> float:
+    """How long an axis may run on from its spring, at most as long as without power."""
+    return min(STOPPING_S + STOPPING_S2_RAD * abs(dq_rad_s), COASTING_S)
 
 
 def way_back(units: AxisUnits, ticks: int, dq_rad_s: float) -> int | None:

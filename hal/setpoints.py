@@ -15,11 +15,11 @@ from hal.limiting import (
     BRAKING_S,
     COASTING_S,
     CYCLE_S,
-    STOPPING_S,
     is_near_limit,
     limited_step,
     limited_velocity,
     position_step,
+    spring_ahead_s,
 )
 from hal.returning import bring_back
 from hal.torques import make_stiff
@@ -188,7 +188,7 @@ class Setpoints:
         axis, slack_rad = self._axis, abs(self._axis.units.rad_per_tick)
         ahead_s = COASTING_S
         if axis.mode not in _UNTIMED:  # a spring may give way by half of what is left
-            ahead_s = STOPPING_S
+            ahead_s = spring_ahead_s(axis.motion[1])
             slack_rad = max(slack_rad, math.radians(axis.joint.margin_deg / 2.0))
         if not is_near_limit(axis.units, axis.motion, ahead_s, slack_rad):
             return False

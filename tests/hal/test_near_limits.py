@@ -52,13 +52,13 @@ def test_a_compliant_axis_that_leaves_its_limits_is_made_stiff() -> None:
     assert "001 F400" in script.tick(10)  # until the board confirms it
 
 
-@pytest.mark.parametrize(("ticks", "stiff"), [(575, False), (568, True)])
+@pytest.mark.parametrize(("ticks", "stiff"), [(675, False), (668, True)])
 def test_a_compliant_axis_is_made_stiff_before_it_runs_into_a_limit(
     ticks: int, stiff: bool
 ) -> None:
     script = script_in(0x01, ticks)
     compliant(script)
-    script.say("117 0000E0FF00000000")  # -1 tick/ms: 150 ticks in 0.15 s
+    script.say("117 0000E0FF00000000")  # -1 tick/ms, 1.5 rad/s: 250 ticks in 0.25 s
     sent: list[str] = []
     for _ in range(5):
         script.torques()

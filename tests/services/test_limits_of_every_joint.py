@@ -17,11 +17,12 @@ Vector = NDArray[np.float64]
 
 TOLERANCE_RAD = np.radians(0.2)
 BEYOND_RAD = 2.0
+ROOM_DEG = 6.0  # at home; torque mode asks for 5
 FAST_RAD_S = 3.0  # more than any joint may have
 
 
 class Bench:
-    """The whole robot, calibrated, every joint where it is parked."""
+    """The whole robot, calibrated, every joint about where it is parked."""
 
     def __init__(self) -> None:
         self.whole = WholeRobot("icub")
@@ -32,9 +33,9 @@ class Bench:
         self.every = range(len(described))
         self.low = np.radians([joint.min_deg for joint in described])
         self.high = np.radians([joint.max_deg for joint in described])
-        margin = np.radians([joint.margin_deg for joint in described])
+        room = np.radians([joint.margin_deg + ROOM_DEG for joint in described])
         park = np.radians([self.whole.file.joints[name].park_deg for name in self.names])
-        self.home = np.clip(park, self.low + margin, self.high - margin)
+        self.home = np.clip(park, self.low + room, self.high - room)
         self.felt = [
             i
             for i, joint in enumerate(described)
