@@ -25,7 +25,8 @@ def test_services_are_the_rows_of_the_process_table(containers: dict[str, dict[s
 
 def test_every_container_runs_the_module_of_its_row(containers: dict[str, dict[str, Any]]) -> None:
     for row in PROCESSES:
-        assert containers[row.name]["command"].startswith(f"python -m {row.module} --robot icub:reach ")
+        started = f"python -m {row.module} --robot icub:reach "
+        assert containers[row.name]["command"].startswith(started)
 
 
 def test_all_share_one_image_and_end_at_once_on_a_signal(

@@ -3,7 +3,8 @@
 from firmware_sim.description import BoardSpec
 from firmware_sim.network import Network
 from firmware_sim.spoiling import Effect, Path, Spoiler
-from firmware_sim.switches import FaultSpec, Switches
+from firmware_sim.switch_table import FaultSpec
+from firmware_sim.switches import Switches
 from hal.wire import motor
 from hal.wire.can import Frame, Received
 
