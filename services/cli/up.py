@@ -263,7 +263,8 @@ def choose_can(
     names = ", ".join(interfaces)
     if asked == "socketcan" and not interfaces_up(interfaces):
         raise ConfigError(
-            f"--can socketcan: not all of {names} are up (ulna can up makes virtual ones)"
+            f"--can socketcan: not all of {names} are up; ulna can up makes virtual ones, "
+            "--can zenoh needs none"
         )
     if asked is not None:
         return asked, "as asked for"
