@@ -96,7 +96,15 @@ def holding(robot: RobotFile) -> Iterator[Holding]:
     simulation.close()
 
 
-@pytest.mark.parametrize("name", ["field", "ik", "cartesian", "guard"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("field", marks=pytest.mark.slow),
+        pytest.param("ik", marks=pytest.mark.slow),
+        "cartesian",  # the only one of the three whose words the HAL hears
+        "guard",
+    ],
+)
 def test_arm_holds_its_last_reference_and_stays_compliant(holding: Holding, name: str) -> None:
     holding.mortals[name].alive = False
     assert holding.run(2.0) < HELD_MM
