@@ -12,7 +12,9 @@ CYCLE_S = 0.01  # one set-point per axis
 BRAKING_S = 0.6  # the slowest of the boards' position loops settle in this
 CREEP_TICKS = 0.2  # so that the limit itself is reached
 COASTING_S = 0.25  # how long an axis may run on without power, or from torques at full scale
-STOPPING_S = 0.1  # how long one may from its spring, at least
+SPRING_S = 0.05  # how long one may that its spring brakes, as after a push
+GRAVITY_SHARE = 0.5  # of the full scale: an offset beyond it is no gravity; it may beat the spring
+STOPPING_S = 0.1  # how long one may from such a spring, at least
 STOPPING_S2_RAD = 0.2  # and longer when it is faster: it has to be braked
 REACTION_S = 0.005  # from a board's reference to the POSITION frame that is known here
 MOST_BEYOND_RAD = math.radians(5.0)  # farther out it has not overshot: somebody has put it there
@@ -60,8 +62,10 @@ def is_near_limit(
     return low < units.min_rad - slack_rad or high > units.max_rad + slack_rad
 
 
-def spring_ahead_s(dq_rad_s: float) -> float:
-    """How long an axis may run on from its spring, at most as long as without power."""
+def spring_ahead_s(dq_rad_s: float, offset_share: float) -> float:
+    """How long an axis may run on from its spring; `offset_share` is the offset over full scale."""
+    if abs(offset_share) <= GRAVITY_SHARE:
+        return SPRING_S
     return min(STOPPING_S + STOPPING_S2_RAD * abs(dq_rad_s), COASTING_S)
 
 

@@ -23,6 +23,7 @@ from hal.limiting import (
 )
 from hal.returning import bring_back
 from hal.torques import make_stiff
+from hal.units import TORQUE_HALF_RANGE
 from hal.wire import motor
 from hal.wire.modes import ControlMode
 from hal.wire.numbers import round_half_away
@@ -188,7 +189,7 @@ class Setpoints:
         axis, slack_rad = self._axis, abs(self._axis.units.rad_per_tick)
         ahead_s = COASTING_S
         if axis.mode not in _UNTIMED:  # a spring may give way by half of what is left
-            ahead_s = spring_ahead_s(axis.motion[1])
+            ahead_s = spring_ahead_s(axis.motion[1], axis.offset_counts / TORQUE_HALF_RANGE)
             slack_rad = max(slack_rad, math.radians(axis.joint.margin_deg / 2.0))
         if not is_near_limit(axis.units, axis.motion, ahead_s, slack_rad):
             return False

@@ -2,6 +2,7 @@
 
 import pytest
 
+from hal.limiting import SPRING_S, spring_ahead_s
 from hal.wire.modes import ControlMode
 from tests.hal.arm import ROLL
 from tests.hal.scripted import Script
@@ -158,3 +159,14 @@ def test_a_velocity_brings_an_axis_back_that_has_overshot() -> None:
 
     # 0.516 deg in 0.6 s: 0.861 deg/s * 11.375 / 1000 * 256 = 2.5
     assert commands(script.tick()) == ["001 9C03000100"]
+
+
+def test_a_spring_that_only_carries_weight_is_trusted_to_brake() -> None:
+    assert spring_ahead_s(1.65, 0.28) == SPRING_S  # as fast as a push of 20 N makes an elbow
+    assert spring_ahead_s(1.65, -0.28) == SPRING_S
+
+
+def test_a_spring_whose_offset_may_beat_it_is_watched_further_ahead_the_faster_it_is() -> None:
+    assert spring_ahead_s(0.0, 1.0) == pytest.approx(0.1)
+    assert spring_ahead_s(0.5, -1.0) == pytest.approx(0.2)
+    assert spring_ahead_s(1.65, 1.0) == pytest.approx(0.25)
