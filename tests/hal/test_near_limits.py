@@ -53,13 +53,22 @@ def test_a_compliant_axis_that_leaves_its_limits_is_made_stiff() -> None:
     assert "001 F400" in script.tick(10)  # until the board confirms it
 
 
-@pytest.mark.parametrize(("ticks", "stiff"), [(675, False), (668, True)])
+@pytest.mark.parametrize(
+    ("offset_nm", "ticks", "stiff"),
+    [
+        (7.9, 675, False),
+        (7.9, 668, True),  # 250 ticks in 0.25 s: an offset that may beat the spring
+        (2.0, 475, False),
+        (2.0, 468, True),  # 50 ticks in 0.05 s: a weight, and the spring brakes
+    ],
+)
 def test_a_compliant_axis_is_made_stiff_before_it_runs_into_a_limit(
-    ticks: int, stiff: bool
+    offset_nm: float, ticks: int, stiff: bool
 ) -> None:
     script = script_in(0x01, ticks)
     compliant(script)
-    script.say("117 0000E0FF00000000")  # -1 tick/ms, 1.5 rad/s: 250 ticks in 0.25 s
+    assert script.robot.set_impedance_offsets([ROLL], [offset_nm])
+    script.say("117 0000E0FF00000000")  # -1 tick/ms, 1.5 rad/s
     sent: list[str] = []
     for _ in range(5):
         script.torques()
