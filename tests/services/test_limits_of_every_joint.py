@@ -199,7 +199,7 @@ CASES = [
         attack,
         way,
         id=f"{attack.__name__} {way}",
-        marks=[] if (attack.__name__, way) in WORST else [pytest.mark.slow],
+        marks=[] if (attack.__name__, way) in WORST else [pytest.mark.long],
     )
     for attack in ATTACKS
     for way in WAYS
