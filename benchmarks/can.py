@@ -18,7 +18,7 @@ from benchmarks.can_plant import plant_rows
 from benchmarks.can_plug import plug_rows
 from benchmarks.can_services import services_rows
 from benchmarks.can_tick import tick_rows
-from benchmarks.rows import Row, publish
+from services.experiments.rows import Row, publish
 
 FUZZ_FRAMES, SHORT_FUZZ_FRAMES = 1_000_000, 50_000
 LIVE_S, SHORT_LIVE_S = 60.0, 5.0

@@ -12,7 +12,6 @@ from statistics import median
 
 from cantools.database import Database, load_string
 
-from benchmarks.rows import Row, at_least, at_most, publish
 from hal.wire import analog, inertial, motor, motor_periodic, skin
 from hal.wire.analog import FORCE, TORQUE
 from hal.wire.can import Frame
@@ -20,6 +19,7 @@ from hal.wire.catalogue import Direction, decode
 from hal.wire.dbc import Node, dbc_text
 from hal.wire.message import PolledMessage
 from services.core.clock import RealClock
+from services.experiments.rows import Row, at_least, at_most, publish
 
 FRAME_BAR_US = 1.5
 RATIO_BAR = 8.0

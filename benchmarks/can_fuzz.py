@@ -15,13 +15,13 @@ from pathlib import Path
 from benchmarks.can_fuzz_hal import hal_rows
 from benchmarks.can_noise import EPISODE, Noise, SensorNoise
 from benchmarks.can_oracle import GateOracle, is_useless, is_useless_to_sensor
-from benchmarks.rows import Row, at_least, at_most, publish
 from firmware_sim.boards.board import RECEIVE_FIFO_FRAMES, Board
 from firmware_sim.boards.brushless import BODY_VERSIONS, NECK_VERSIONS
 from firmware_sim.boards.dc4 import VERSIONS as DC4_VERSIONS
 from firmware_sim.description import BoardSpec
 from firmware_sim.registry import make_board
 from hal.wire.can import Frame
+from services.experiments.rows import Row, at_least, at_most, publish
 
 FRAMES = 1_000_000
 MOTOR_TYPES = {

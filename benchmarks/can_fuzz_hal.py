@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 from benchmarks.can_noise import EXTENDED_IDS, STANDARD_IDS
 from benchmarks.quiet import quiet
-from benchmarks.rows import Row, at_least, at_most
 from benchmarks.whole_robot import WholeRobot
 from firmware_sim.boards.axis import AxisPort
 from hal.wire.can import (
@@ -22,6 +21,7 @@ from hal.wire.can import (
 )
 from hal.wire.modes import ControlMode
 from hal.wire.motor_periodic import STATUS
+from services.experiments.rows import Row, at_least, at_most
 
 FRAMES_PER_MS = 20
 CALM_MS = 3000

@@ -6,9 +6,9 @@ references, so that each step decodes, watches and sends what it does in use.
 
 from statistics import median
 
-from benchmarks.rows import Row, at_most, publish
 from benchmarks.whole_robot import WholeRobot
 from services.core.clock import RealClock
+from services.experiments.rows import Row, at_most, publish
 
 STEP_BAR_US = 150.0
 STARTUP_BAR_MS = 3000.0

@@ -17,10 +17,10 @@ from pathlib import Path
 
 from benchmarks.can_live_run import PROCESSES as NEEDED
 from benchmarks.can_live_run import OneProcessRun, Run, StackRun
-from benchmarks.rows import Row, at_least, at_most, publish
 from hal.buses.socketcan import interfaces_up
 from services.cli.up import Can, Stack
 from services.config import load_robot
+from services.experiments.rows import Row, at_least, at_most, publish
 from services.messages import PlantTruth, RobotStatus, ServiceStats
 from services.processes import HUB, PROCESSES
 

@@ -9,9 +9,9 @@ empties its buses each millisecond. Every axis is calibrated and holds its joint
 import gc
 from statistics import median
 
-from benchmarks.rows import Row, at_least, at_most, publish
 from benchmarks.whole_robot import WholeRobot
 from services.core.clock import NS_PER_S, RealClock
+from services.experiments.rows import Row, at_least, at_most, publish
 
 PLANT_BAR_US = 120.0
 FACTOR_BAR = 2.0

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from benchmarks.quiet import quiet
-from benchmarks.rows import Row, at_most, publish
 from benchmarks.sniffer import Sniffer
 from benchmarks.whole_robot import WholeRobot
 from firmware_sim.switch_table import FaultSpec
@@ -22,6 +21,7 @@ from hal.couplings import needed_boards
 from hal.description import Board
 from hal.faults import Fault
 from hal.wire.modes import ControlMode
+from services.experiments.rows import Row, at_most, publish
 
 WATCHED_MS = 400  # undisturbed, to know the longest gap of every stream
 PULLED_MS = 400

@@ -1,8 +1,8 @@
 """The whole robot with every service in one process and in virtual time: a reach from power-up."""
 
-from benchmarks.rows import Row, at_least, at_most
 from services.cli.demo import COMPLIANT_BAR_M
 from services.config import load_robot
+from services.experiments.rows import Row, at_least, at_most
 from services.reach import ReachOptions
 from services.reach_virtual import run_virtual
 

@@ -10,7 +10,6 @@ from statistics import median
 
 import numpy as np
 
-from benchmarks.rows import Row, at_most, publish
 from firmware_sim.boards.axis_state import Axis
 from firmware_sim.description import BoardSpec
 from firmware_sim.network import Network
@@ -21,6 +20,7 @@ from hal.wire.modes import ControlMode
 from services.config import load_robot
 from services.core.clock import RealClock
 from services.emulation import rig_spec
+from services.experiments.rows import Row, at_most, publish
 
 TICK_BAR_US = 60.0
 FLAT_BAR = 1.2  # cost per axis of all axes over that of the first two

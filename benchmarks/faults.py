@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.live import processes_left
-from benchmarks.rows import Row, at_most, publish
 from services.cli.up import Stack
+from services.experiments.rows import Row, at_most, publish
 from services.messages import PlantTruth, Vector3
 from services.processes import PROCESSES
 from services.reach import Reach, ReachOptions

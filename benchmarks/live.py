@@ -13,9 +13,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from benchmarks.rows import Row, at_most, publish
 from hal.buses.socketcan import interfaces_up
 from services.config import load_robot
+from services.experiments.rows import Row, at_most, publish
 
 ROOT = Path(__file__).resolve().parent.parent
 GUEST = ROOT.parent / "shared" / "tools" / "run-with-vcan"

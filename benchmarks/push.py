@@ -6,8 +6,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.rows import Row, at_most, within
 from services.config import load_robot
+from services.experiments.rows import Row, at_most, within
 from services.limb import limb_model
 from services.reach import Push, ReachOptions
 from services.reach_record import Recording

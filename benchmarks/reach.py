@@ -16,7 +16,6 @@ from statistics import median
 import numpy as np
 
 from benchmarks.push import push_rows
-from benchmarks.rows import Row, at_least, at_most, publish
 from dforc.cartesian import CartesianParams
 from dforc.dynamics import Estimate
 from dforc.outer_correction import CorrectionParams
@@ -25,6 +24,7 @@ from services.cli.demo import COMPLIANT_BAR_M, STIFF_BAR_M
 from services.config import load_robot
 from services.core.service import Outputs, Service
 from services.dynamics import Dynamics
+from services.experiments.rows import Row, at_least, at_most, publish
 from services.messages import Wrench
 from services.reach import ReachOptions
 from services.reach_record import Report

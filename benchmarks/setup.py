@@ -12,8 +12,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from benchmarks.rows import Row, at_most, publish
 from services.core.clock import wall_ns
+from services.experiments.rows import Row, at_most, publish
 
 ROOT = Path(__file__).resolve().parent.parent
 DEMO_BAR_S = 180.0

@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.can_plug import plug_rows
-from benchmarks.rows import Row
+from services.experiments.rows import Row
 
 
 def examine(rows: list[Row], types: set[str]) -> None:
