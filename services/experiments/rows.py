@@ -1,4 +1,4 @@
-"""What every experiment and benchmark prints and writes: rows of name, value, unit, bar and whether it holds."""
+"""What experiments and benchmarks print and write: name, value, unit, bar, whether it holds."""
 
 import json
 import math
