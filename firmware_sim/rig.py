@@ -22,7 +22,8 @@ from firmware_sim.plants.couplings import (
     encoder_readout,
     motor_speeds,
 )
-from firmware_sim.plants.plant import STEP_S, Plant
+from firmware_sim.plants.plant import Plant
+from firmware_sim.pushes import Pushes
 from firmware_sim.senses import Senses, touch
 from firmware_sim.switches import Switches
 from firmware_sim.wires import Gauges, Wires, resting_counts, with_motor_encoders
@@ -55,8 +56,7 @@ class Rig:
         self._wires = self._wire(own, len(moved))
         self._senses = Senses(spec, self._network, self.plant)
         self._limits = LimitCounter([axis.limit_deg for _, axis in own])
-        self._push_n: Vector | None = None
-        self._push_ticks = 0
+        self._pushes = Pushes(self.plant.rigid, spec.plant.tip_frame)
         self._wake(spec)
 
     def step(self, received: Mapping[int, Sequence[Received]]) -> dict[int, list[Frame]]:
@@ -78,16 +78,25 @@ class Rig:
         self._watch_limits()
         return sent
 
-    def push(self, force_n: Sequence[float], duration_s: float) -> None:
-        """Push the tip's origin with a force (3, N, base frame) from the next step on.
+    def push(
+        self,
+        force_n: Sequence[float],
+        duration_s: float,
+        frame: str = "",
+        point_m: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        """Push with a force (3, N, base frame) from the next step on.
+
+        Args:
+            force_n: the force; it ends what still pushes at the same frame.
+            duration_s: for how long.
+            frame: a link or joint of the URDF, the tip where it is empty.
+            point_m: where, in the axes of that frame.
 
         Raises:
-            RigError: a value is not finite, or the duration is not positive.
+            RigError: a value is not finite, the duration not positive, or the frame not there.
         """
-        if not (math.isfinite(sum(force_n)) and math.isfinite(duration_s) and duration_s > 0.0):
-            raise RigError(f"cannot push with {tuple(force_n)} N for {duration_s} s")
-        self._push_n = np.array(force_n, dtype=np.float64)
-        self._push_ticks = max(1, round(duration_s / STEP_S))
+        self._pushes.begin(force_n, duration_s, frame, point_m)
 
     def touch(self, bus: int, address: int, triangle: int, pressure: float) -> None:
         """Press a triangle of the skin: 0 lets go, 1 is as hard as it can feel.
@@ -181,11 +190,7 @@ class Rig:
 
     def _move(self) -> None:
         pwm, enabled = self._wires.command()
-        if self._push_ticks:
-            self._push_ticks -= 1
-            self.plant.step(pwm, enabled, self._push_n)
-        else:
-            self.plant.step(pwm, enabled)
+        self.plant.step(pwm, enabled, self._pushes.step())
 
     def _watch_limits(self) -> None:
         angles = self.plant.q_rad

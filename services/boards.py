@@ -2,7 +2,7 @@
 
 Reads   nothing but CAN frames
 Writes  plant_truth (for reports and experiments; no controller reads it)
-Serves  boards/push: a force on the hand, as a person would push it
+Serves  boards/push: a force on a point of any link, as a person would push it
         boards/fault: a fault of a bus, a board, a drive or a sensor, on or off
 If the buses go away the boards fault as real ones do, and the limbs go limp.
 """
@@ -57,7 +57,7 @@ class Boards(Service):
 
     def _push(self, push: PushRequest) -> Reply:
         try:
-            self._rig.push(push.force_n, push.duration_s)
+            self._rig.push(push.force_n, push.duration_s, push.frame, push.point_m)
         except RigError as error:
             return Reply(ok=False, reason=str(error))
         return Reply(ok=True)

@@ -272,10 +272,12 @@ class FtRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
 
 
 class PushRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """A force on the tip of the emulated robot, base frame; for experiments."""
+    """A force on the emulated robot, base frame; for experiments."""
 
     force_n: Vector3
     duration_s: float
+    frame: str = ""  # link or joint of the model that is pushed; empty = the tip
+    point_m: Vector3 = (0.0, 0.0, 0.0)  # where, in the axes of that frame
 
 
 class Reply(msgspec.Struct, frozen=True, kw_only=True, array_like=True):

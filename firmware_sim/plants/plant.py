@@ -21,7 +21,7 @@ from firmware_sim.motor import Drives, Switches
 from firmware_sim.plants import kernel
 from firmware_sim.plants.driven import WALL_KG_M2, Driven
 from firmware_sim.plants.mechanisms import Mechanisms
-from firmware_sim.plants.rigid import RigidBodies
+from firmware_sim.plants.rigid import Push, RigidBodies
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -76,19 +76,24 @@ class Plant:
         self._power(self.drives.enabled)
         self._stand()
 
-    def step(self, pwm: Vector, enabled: Switches, force_n: Vector | None = None) -> None:
+    def step(self, pwm: Vector, enabled: Switches, pushes: Sequence[Push] = ()) -> None:
         """Advance by one step under these PWM counts; zero where the bridge is off.
 
-        `force_n` (3, N, base frame) acts on the tip's origin during this step.
+        `pushes` act during this step.
         """
-        if force_n is None:
+        if not pushes:
             self._step(pwm, enabled)
             return
-        push = self.state[kernel.PUSH]
-        push[self._body], point_m = self.rigid.pushed(self.x[self._body], force_n)
+        torque_nm, q_rad = self.state[kernel.PUSH], self.x[self._body]
+        wrenches = []
+        for push in pushes:
+            tau_nm, wrench = self.rigid.pushed(q_rad, push)
+            torque_nm[self._body] += tau_nm
+            wrenches.append(wrench)
         self._step(pwm, enabled)
-        push[:] = 0.0
-        self.rigid.feel_push(force_n, point_m)
+        torque_nm[:] = 0.0
+        for push, wrench in zip(pushes, wrenches, strict=True):
+            self.rigid.feel_push(push.at, wrench)
 
     def tip_pose(self) -> tuple[Vector, Vector]:
         """Position (3, m) and rotation vector (3, rad) of the tip frame in the base frame."""

@@ -12,6 +12,7 @@ Joint vectors have the order of the joints handed in. SI units, radians.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -25,6 +26,21 @@ Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Pairs = Sequence[tuple[int, int]]
+
+
+class PushPoint(NamedTuple):
+    """A point of a link, where the world may push."""
+
+    frame: int  # of the model
+    point_m: Vector  # in that frame
+    felt: tuple[bool, ...]  # by which sensors: those between the link and the base
+
+
+class Push(NamedTuple):
+    """A force (3, N, base frame) on a point."""
+
+    at: PushPoint
+    force_n: Vector
 
 
 class RigidBodies:
@@ -57,9 +73,7 @@ class RigidBodies:
         self._M = self._data.M
         self._pairs = _pair_columns(self.columns, coupled)
         self._tip = frame_index(self._model, spec.tip_frame)
-        tip = self._cut.frames[frame_index(self._cut, spec.tip_frame)]
-        before_tip = set(self._cut.supports[tip.parentJoint])
-        self._carries_tip = [i in before_tip for i in frozen]
+        self._sensor_joints = frozen
         self._sensor_places = [self._cut_data.oMi[i] for i in frozen]
         self._near_on_far = [self._cut_data.f[i].vector for i in frozen]
         self.wrenches: Matrix = np.zeros((len(frozen), 6))
@@ -88,22 +102,30 @@ class RigidBodies:
         if self._near_on_far:
             np.negative(self._near_on_far, out=self.wrenches)
 
-    def pushed(self, q_rad: Vector, force_n: Vector) -> tuple[Vector, Vector]:
-        """Joint torques of a force (3, N, base frame) on the tip's origin, and that origin."""
-        q = self._posture(q_rad)
-        J = pin.computeFrameJacobian(self._model, self._data, q, self._tip, pin.LOCAL_WORLD_ALIGNED)
-        place = pin.updateFramePlacement(self._model, self._data, self._tip)
-        return J[:3, self.columns].T @ force_n, place.translation.copy()
+    def push_point(self, frame: str, point_m: Sequence[float]) -> PushPoint | None:
+        """A point (m) in a link or joint frame of the URDF; None without such a frame."""
+        if not self._model.existFrame(frame):
+            return None
+        link = self._cut.frames[frame_index(self._cut, frame)]
+        before = set(self._cut.supports[link.parentJoint])
+        felt = tuple(joint in before for joint in self._sensor_joints)
+        return PushPoint(frame_index(self._model, frame), np.array(point_m), felt)
 
-    def feel_push(self, force_n: Vector, point_m: Vector) -> None:
-        """Add to the wrenches just felt those of a force on a point of the tip's body."""
+    def pushed(self, q_rad: Vector, push: Push) -> tuple[Vector, Vector]:
+        """Joint torques of a push, and its wrench (6: N, Nm) about the base's origin."""
+        q, frame = self._posture(q_rad), push.at.frame
+        J = pin.computeFrameJacobian(self._model, self._data, q, frame, pin.WORLD)
+        point_m = pin.updateFramePlacement(self._model, self._data, frame).act(push.at.point_m)
+        wrench: Vector = np.concatenate([push.force_n, pin.skew(point_m) @ push.force_n])
+        return J[:, self.columns].T @ wrench, wrench
+
+    def feel_push(self, at: PushPoint, wrench: Vector) -> None:
+        """Add to the wrenches just felt that of a push (6, about the base's origin)."""
         pin.updateGlobalPlacements(self._cut, self._cut_data)  # rnea leaves them as they were
-        push = pin.Force(force_n, pin.skew(point_m) @ force_n)
-        for wrench, place, carries in zip(
-            self.wrenches, self._sensor_places, self._carries_tip, strict=True
-        ):
-            if carries:
-                wrench += place.actInv(push).vector
+        push = pin.Force(wrench)
+        for felt, row, place in zip(at.felt, self.wrenches, self._sensor_places, strict=True):
+            if felt:
+                row += place.actInv(push).vector
 
     def tip_pose(self, q_rad: Vector) -> tuple[Vector, Vector]:
         """Position (3, m) and rotation vector (3, rad) of the tip frame in the base frame."""

@@ -13,6 +13,7 @@ from firmware_sim.description import MotorSpec, RigSpec
 from firmware_sim.plants.couplings import motor_speeds
 from firmware_sim.plants.kernel import ARMATURE
 from firmware_sim.plants.plant import Plant
+from firmware_sim.plants.rigid import Push
 
 Vector = NDArray[np.float64]
 
@@ -187,12 +188,18 @@ def test_sensor_reads_what_the_urdfs_model_says_of_the_same_motion(exact_spec: R
     assert plant.wrenches[0] == pytest.approx(wrench, abs=1e-9)
 
 
+def at_the_tip(plant: Plant, force_n: Vector) -> Push:
+    point = plant.rigid.push_point("r_hand_dh_frame", (0.0, 0.0, 0.0))
+    assert point is not None
+    return Push(point, force_n)
+
+
 def test_push_reaches_the_sensor_and_the_joints_as_newton_and_euler_say(
     exact_spec: RigSpec,
 ) -> None:
     plant, model = plant_of(exact_spec), model_of(exact_spec)
     q, dq, force = plant.q_rad.copy(), np.zeros(10), np.array([3.0, -20.0, 7.0])
-    plant.step(REST, OFF, force)
+    plant.step(REST, OFF, [at_the_tip(plant, force)])
     (R, p), (_, tip) = model.sensor_pose(q, "ft"), model.tip_pose(q)
     added = np.concatenate((R.T @ force, R.T @ np.cross(tip - p, force)))
     inner = model.sensor_wrench(q, dq, plant.ddx, "ft")
@@ -206,7 +213,7 @@ def test_push_reaches_the_sensor_and_the_joints_as_newton_and_euler_say(
 def test_push_of_nothing_is_a_plain_step(spec: RigSpec) -> None:
     pushed, plain = plant_of(spec), plant_of(spec)
     for _ in range(20):
-        pushed.step(REST, ON, np.zeros(3))
+        pushed.step(REST, ON, [at_the_tip(pushed, np.zeros(3))])
         plain.step(REST, ON)
     assert pushed.q_rad.tolist() == plain.q_rad.tolist()
     assert pushed.wrenches[0] == pytest.approx(plain.wrenches[0], abs=1e-12)

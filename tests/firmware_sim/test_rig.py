@@ -188,7 +188,7 @@ def test_push_deflects_the_tip_along_the_force_and_ends(make: RigSpec) -> None:
         rig.step({})
         still.step({})
     assert rig.tip_pose()[0][1] - still.tip_pose()[0][1] > 0.002
-    assert rig._push_ticks == 0
+    assert rig._pushes.step() == ()
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from dforc.robot_model import RobotModel
 from firmware_sim.description import RigSpec
-from firmware_sim.plants.rigid import RigidBodies
+from firmware_sim.plants.rigid import Push, RigidBodies
 
 Vector = NDArray[np.float64]
 
@@ -94,9 +94,11 @@ def test_push_on_the_right_hand_is_not_felt_in_the_left_arm(exact_spec: RigSpec)
     rigid, (q, dq, ddq) = bodies(exact_spec), motion()
     feel(rigid, q, dq, ddq)
     before = rigid.wrenches.copy()
-    _, point = rigid.pushed(q, np.array([0.0, 0.0, 9.0]))
+    hand = rigid.push_point("r_hand_dh_frame", (0.0, 0.0, 0.0))
+    assert hand is not None
+    _, wrench = rigid.pushed(q, Push(hand, np.array([0.0, 0.0, 9.0])))
     feel(rigid, q, dq, ddq)
-    rigid.feel_push(np.array([0.0, 0.0, 9.0]), point)
+    rigid.feel_push(hand, wrench)
     assert np.linalg.norm((rigid.wrenches - before)[0, :3]) == pytest.approx(9.0)
     assert rigid.wrenches[1].tolist() == before[1].tolist()
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+import msgspec
 import pytest
 
 from firmware_sim.rig import Rig
@@ -11,8 +12,8 @@ from services.config import load_robot
 from services.core.clock import VirtualClock
 from services.core.testing import Bench
 from services.emulation import rig_spec
-from services.messages import FaultRequest, Reply
-from services.streams import FAULT_CALL
+from services.messages import FaultRequest, PushRequest, Reply
+from services.streams import FAULT_CALL, PUSH_CALL
 
 
 @pytest.fixture(scope="module")
@@ -66,3 +67,17 @@ def test_says_why_a_fault_cannot_be_switched(
     reply = asked(bench, request_)
     assert not reply.ok
     assert reply.reason.startswith(reason)
+
+
+def test_pushes_a_link_that_it_is_told_and_no_other(bench: Bench) -> None:
+    push = PushRequest(force_n=(0.0, 30.0, 0.0), duration_s=0.1, frame="chest")
+    token = bench.request(PUSH_CALL, push)
+    bench.advance(0.002)
+    assert dict(bench.replies(PUSH_CALL))[token] == Reply(ok=True)
+    strange = msgspec.structs.replace(push, frame="tail")
+    token = bench.request(PUSH_CALL, strange)
+    bench.advance(0.002)
+    refusal = dict(bench.replies(PUSH_CALL))[token]
+    assert refusal == Reply(
+        ok=False, reason="cannot push at 'tail': the model has no such link or joint"
+    )
