@@ -4,6 +4,16 @@ Keys are `<robot>/<place>/<name>`; `place` is a part, a sensor or a service.
 """
 
 from services.core.stream import Call, PlacedStream, Stream
+from services.dynamics_messages import (
+    Contacts,
+    DynamicsHealth,
+    DynamicsModels,
+    DynamicsRequest,
+    DynamicsSamples,
+    LearnedWrenches,
+    LearnerRequest,
+    LearnerStatus,
+)
 from services.messages import (
     CartesianStatus,
     DynamicsStatus,
@@ -53,6 +63,12 @@ OBJECTS = Stream("field/objects", Objects, rate_hz=0)
 VIRTUAL_POINT = Stream("field/virtual_point", VirtualPoint, rate_hz=100)
 IK_SOLUTION = Stream("ik/ik_solution", IkSolution, rate_hz=100)
 DYNAMICS_STATUS = Stream("dynamics/status", DynamicsStatus, rate_hz=50)
+EXTERNAL = Stream("dynamics/contacts", Contacts, rate_hz=100)
+DYNAMICS_SAMPLES = Stream("dynamics/samples", DynamicsSamples, rate_hz=100)
+DYNAMICS_MODELS = Stream("dynamics/models", DynamicsModels, rate_hz=10)
+DYNAMICS_HEALTH = Stream("dynamics/health", DynamicsHealth, rate_hz=10)
+LEARNED = Stream("learner/prediction", LearnedWrenches, rate_hz=100)
+LEARNER_STATUS = Stream("learner/status", LearnerStatus, rate_hz=10)
 CARTESIAN_STATUS = Stream("cartesian/status", CartesianStatus, rate_hz=50)
 ROBOT_STATUS = Stream("robot/status", RobotStatus, rate_hz=50)
 PLANT_TRUTH = Stream("boards/plant_truth", PlantTruth, rate_hz=200)
@@ -60,5 +76,7 @@ PLANT_TRUTH = Stream("boards/plant_truth", PlantTruth, rate_hz=200)
 ROBOT_CALL = Call("robot/request", RobotRequest, Reply)
 GUARD_CALL = Call("guard/request", RobotRequest, Reply)
 FT_CALL = Call("dynamics/zero_ft", FtRequest, Reply)
+DYNAMICS_CALL = Call("dynamics/request", DynamicsRequest, Reply)
+LEARNER_CALL = Call("learner/request", LearnerRequest, Reply)
 PUSH_CALL = Call("boards/push", PushRequest, Reply)
 FAULT_CALL = Call("boards/fault", FaultRequest, Reply)
