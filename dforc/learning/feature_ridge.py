@@ -1,0 +1,146 @@
+"""Incremental ridge regression on random Fourier features (RFRR), from inputs to outputs.
+
+A wrench has two kernels, one that its three forces share and one for its three moments: they
+differ in smoothness and noise, and every further kernel costs a P of its own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from dforc.arrays import ArrayLike, Matrix, Vector, constant, finite_vector
+from dforc.errors import ShapeError
+from dforc.learning.marginal_likelihood import Hyperparameters, fit_hyperparameters
+from dforc.learning.random_features import Form, RandomFeatures
+from dforc.learning.recursive_ridge import RecursiveRidge, RidgeState
+
+WRENCH_GROUPS = ((0, 1, 2), (3, 4, 5))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Kernel:
+    """Which outputs share a kernel, and its hyperparameters."""
+
+    outputs: tuple[int, ...]
+    length_scales: Vector
+    regularisation: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LearnerState:
+    """What a learner knows: one state per kernel, and the outputs' mean."""
+
+    mean: Vector
+    ridges: tuple[RidgeState, ...]
+
+
+def fit_kernels(
+    x: Matrix, y: Matrix, groups: Sequence[Sequence[int]] = WRENCH_GROUPS
+) -> tuple[Kernel, ...]:
+    """One kernel per group of outputs by marginal likelihood; every output counts alike."""
+    scaled = (y - y.mean(0)) / np.maximum(y.std(0), 1e-12)
+    kernels = []
+    for group in groups:
+        found: Hyperparameters = fit_hyperparameters(x, scaled[:, list(group)])
+        kernels.append(Kernel(tuple(group), found.length_scales, found.regularisation))
+    return tuple(kernels)
+
+
+class FeatureRidge:
+    """Learns y (outputs,) from x (inputs,), one sample at a time."""
+
+    __slots__ = ("_columns", "_features", "_mean", "_ridges", "kernels", "outputs")
+
+    def __init__(
+        self,
+        kernels: Sequence[Kernel],
+        size: int,
+        seed: int | np.random.Generator,
+        form: Form = "pair",
+    ) -> None:
+        """Draw `size` features for every kernel; together the kernels name each output once."""
+        generator = np.random.default_rng(seed)
+        named = sorted(index for kernel in kernels for index in kernel.outputs)
+        if named != list(range(len(named))):
+            raise ShapeError(f"the kernels name the outputs {named}")
+        self.kernels = tuple(kernels)
+        self.outputs = len(named)
+        self._columns = tuple(np.array(kernel.outputs) for kernel in kernels)
+        self._features = tuple(
+            RandomFeatures(len(k.length_scales), size, k.length_scales, generator, form)
+            for k in kernels
+        )
+        self._ridges = tuple(
+            RecursiveRidge(size, len(k.outputs), k.regularisation) for k in kernels
+        )
+        self._mean = constant(np.zeros(self.outputs))
+
+    @property
+    def samples(self) -> int:
+        """How many samples were taken in."""
+        return self._ridges[0].samples
+
+    def predict(self, x: ArrayLike) -> Vector:
+        """The outputs (outputs,) for one input."""
+        y = np.empty(self.outputs)
+        for columns, features, ridge in self._parts():
+            y[columns] = ridge.predict(features.features(x))
+        y += self._mean
+        return y
+
+    def predict_rows(self, x: Matrix) -> Matrix:
+        """One row of outputs per row of `x` (k, inputs)."""
+        y = np.empty((len(x), self.outputs))
+        for columns, features, ridge in self._parts():
+            y[:, columns] = ridge.predict_rows(features.features_of_rows(x))
+        return y + self._mean
+
+    def update(self, x: ArrayLike, y: ArrayLike) -> Vector:
+        """Take in one sample; return its error (outputs,) from before.
+
+        Raises:
+            NotFiniteError: NaN or infinity in the sample; nothing was changed.
+        """
+        target = finite_vector("outputs", y, self.outputs) - self._mean
+        error = np.empty(self.outputs)
+        for columns, features, ridge in self._parts():
+            error[columns] = ridge.update(features.features(x), target[columns])
+        return error
+
+    def fit(self, x: Matrix, y: Matrix) -> None:
+        """Start again from a batch; its mean is the prediction where nothing is known."""
+        mean = y.mean(0)
+        for columns, features, ridge in self._parts():
+            ridge.fit(features.features_of_rows(x), (y - mean)[:, columns])
+        self._mean = constant(mean)
+
+    def reset(self) -> None:
+        """Forget everything."""
+        for ridge in self._ridges:
+            ridge.reset()
+        self._mean = constant(np.zeros(self.outputs))
+
+    def definite(self) -> bool:
+        """Whether every P is positive definite; O(size^3)."""
+        return all(ridge.definite() for ridge in self._ridges)
+
+    def state(self) -> LearnerState:
+        """A copy of everything learned."""
+        return LearnerState(self._mean, tuple(ridge.state() for ridge in self._ridges))
+
+    def restore(self, state: LearnerState) -> None:
+        """Continue from `state`.
+
+        Raises:
+            ShapeError: the state of another learner; nothing was changed.
+        """
+        sizes = [(r.size, r.outputs) for r in self._ridges]
+        if [ridge.W.shape for ridge in state.ridges] != sizes:
+            raise ShapeError(f"state of another learner; this one has {sizes}")
+        for ridge, given in zip(self._ridges, state.ridges, strict=True):
+            ridge.restore(given)
+        self._mean = constant(state.mean)
+
+    def _parts(self) -> "zip[tuple[np.ndarray, RandomFeatures, RecursiveRidge]]":
+        return zip(self._columns, self._features, self._ridges, strict=True)

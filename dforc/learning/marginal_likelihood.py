@@ -1,0 +1,95 @@
+"""Hyperparameters of a Gaussian kernel by the marginal likelihood of a Gaussian process.
+
+Several outputs may share one kernel: their log likelihoods are added up. The likelihood has local
+optima; what is found depends on where the search begins, here at unit signal, length scales of
+the inputs' spread times the square root of their number, and a tenth of the signal as noise.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, lapack
+from scipy.optimize import minimize
+
+from dforc.arrays import Matrix, Vector, constant
+from dforc.errors import NotFiniteError, ShapeError
+from dforc.learning.kernel_ridge import gaussian_kernel
+
+BOUND = 9.0  # of the logarithms: a factor of 8000 either way
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hyperparameters:
+    """k(x, z) = signal^2 exp(-1/2 sum ((x_i - z_i) / l_i)^2), and noise^2 on top."""
+
+    length_scales: Vector  # one per input, in the input's unit
+    signal: float  # standard deviation, in the outputs' unit
+    noise: float  # standard deviation, in the outputs' unit
+    log_likelihood: float  # summed over the outputs
+
+    @property
+    def regularisation(self) -> float:
+        """lambda for a kernel of unit signal."""
+        return (self.noise / self.signal) ** 2
+
+
+def fit_hyperparameters(x: Matrix, y: Matrix, most_steps: int = 200) -> Hyperparameters:
+    """Maximise the likelihood of rows x (k, inputs), y (k, outputs) of zero mean, O(k^3) a step.
+
+    Raises:
+        NotFiniteError: NaN or infinity among them.
+    """
+    y = y[:, None] if y.ndim == 1 else y
+    if x.ndim != 2 or len(x) != len(y) or len(x) < 2:
+        raise ShapeError(f"data of shapes {x.shape} and {y.shape}")
+    if not (np.isfinite(x).all() and np.isfinite(y).all()):
+        raise NotFiniteError("the data are not finite")
+    spread = np.maximum(x.std(0), 1e-9)
+    level = max(float(np.sqrt((y * y).mean())), 1e-12)
+    scaled_x, scaled_y = x / spread, y / level
+    start = np.zeros(x.shape[1] + 2)
+    start[:-2] = 0.5 * np.log(x.shape[1])
+    start[-1] = np.log(0.1)
+    result = minimize(
+        negative_log_likelihood,
+        start,
+        args=(scaled_x, scaled_y),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=[(-BOUND, BOUND)] * len(start),
+        options={"maxiter": most_steps},
+    )
+    lengths, signal, noise = np.exp(result.x[:-2]), np.exp(result.x[-2]), np.exp(result.x[-1])
+    return Hyperparameters(
+        constant(lengths * spread),
+        float(signal * level),
+        float(noise * level),
+        float(-result.fun - y.size * np.log(level)),
+    )
+
+
+def negative_log_likelihood(logs: Vector, x: Matrix, y: Matrix) -> tuple[float, Vector]:
+    """Value and gradient with respect to the logarithms of length scales, signal and noise."""
+    count, outputs = y.shape
+    lengths = np.exp(logs[:-2])
+    signal_squared, noise_squared = np.exp(2 * logs[-2]), np.exp(2 * logs[-1])
+    K = signal_squared * gaussian_kernel(x, x, lengths)
+    noisy = K + (noise_squared + 1e-10 * signal_squared) * np.eye(count)
+    factor = cho_factor(noisy, lower=True)
+    alpha = cho_solve(factor, y)
+    value = 0.5 * float((y * alpha).sum()) + outputs * (
+        float(np.log(np.diag(factor[0])).sum()) + 0.5 * count * np.log(2 * np.pi)
+    )
+    # dL/dtheta = 1/2 tr((outputs K^-1 - alpha alpha') dK/dtheta)
+    lower, _ = lapack.dpotri(np.asfortranarray(factor[0]), lower=1)
+    inverse = np.tril(lower) + np.tril(lower, -1).T
+    M = outputs * inverse - alpha @ alpha.T
+    MK = M * K
+    gradient = np.empty_like(logs)
+    # sum_ij MK_ij (x_i - x_j)^2 for every input at once
+    totals = MK.sum(1)
+    squares = 2.0 * (totals @ (x * x)) - 2.0 * ((MK @ x) * x).sum(0)
+    gradient[:-2] = 0.5 * squares / (lengths * lengths)
+    gradient[-2] = float(MK.sum()) + 1e-10 * signal_squared * float(np.trace(M))
+    gradient[-1] = noise_squared * float(np.trace(M))
+    return value, gradient
