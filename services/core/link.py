@@ -14,7 +14,7 @@ import zenoh
 from hal.buses.zenoh import in_network_thread
 from services.core.clock import Clock
 from services.core.ports import CallPort, Port, Refusals, ServePort, StreamPort, encoding_of
-from services.core.service import Inputs, Service
+from services.core.service import Inputs, Service, triggers
 from services.core.stream import AnyCall, AnyStream
 
 INBOX_LIMIT = 10_000  # arrivals; some seconds of everything that one process reads
@@ -48,8 +48,9 @@ class Link:
         self._calls = {call: CallPort(call) for call in service.calls}
         self._serves = {call: ServePort(call, self.refusals) for call in service.serves}
         self._declared: list[Subscription | zenoh.Queryable[None]] = []
+        started_by = triggers(type(service).__name__, service)
         for stream in service.reads:
-            port = StreamPort(stream, self.refusals, wakes=stream is service.trigger)
+            port = StreamPort(stream, self.refusals, wakes=stream in started_by)
             taker = self._taker(port, wakes=port.wakes)
             self._declared.append(subscribe(session, robot, stream, taker))
         for call, serve_port in self._serves.items():

@@ -8,9 +8,9 @@ import msgspec
 import zenoh
 
 from services.core.clock import NS_PER_S, Clock
-from services.core.errors import ServiceError
+from services.core.gathering import LONGEST_GATHER_NS, Gathering
 from services.core.link import Link, publisher
-from services.core.service import Inputs, Outputs, Period, Service
+from services.core.service import Inputs, Outputs, Period, Service, triggers
 from services.core.timing import Durations
 from services.messages import ServiceStats
 from services.streams import STATS
@@ -49,8 +49,7 @@ class LiveExecutor:
         self._stopping = False
         self._flag: queue.SimpleQueue[None] = queue.SimpleQueue()
         periodic = isinstance(service.trigger, Period)
-        if not periodic and service.trigger not in service.reads:
-            raise ServiceError(f"{name} is triggered by {service.trigger}, which it does not read")
+        self._gathering = Gathering(triggers(name, service))
         self._link = Link(session, robot, service, clock, None if periodic else self._raise_flag)
         self._inputs = Inputs(name, service.reads, service.serves, service.calls)
         self._outputs = Outputs(name, self._link, service.writes, service.serves, service.calls)
@@ -120,13 +119,26 @@ class LiveExecutor:
             with contextlib.suppress(queue.Empty):
                 flag.get(timeout=LONGEST_WAIT_S)
             if link.drain(self._inputs):
+                oldest_ns = link.oldest_ns
+                self._gather(oldest_ns + LONGEST_GATHER_NS)
                 now_ns = clock.now_ns()
-                self.lateness.add(now_ns - link.oldest_ns)
+                self.lateness.add(now_ns - oldest_ns)
                 self._step(now_ns)
                 if until is not None and until():
                     return
             elif clock.now_ns() >= self._report_due_ns:
                 self._report(clock.now_ns())
+
+    def _gather(self, deadline_ns: int) -> None:
+        """Let in the rest of what was sent together."""
+        while not self._gathering.is_complete(self._inputs) and not self._stopping:
+            left_ns = deadline_ns - self._clock.now_ns()
+            if left_ns <= 0:
+                break
+            with contextlib.suppress(queue.Empty):
+                self._flag.get(timeout=left_ns / NS_PER_S)
+            self._link.drain(self._inputs)
+        self._gathering.end(self._inputs)
 
     def _step(self, now_ns: int) -> None:
         inputs = self._inputs

@@ -11,7 +11,7 @@ from typing import Any, NoReturn, Protocol, TypeVar
 
 import msgspec
 
-from services.core.errors import UndeclaredUseError
+from services.core.errors import ServiceError, UndeclaredUseError
 from services.core.stream import AnyCall, AnyStream, Call, Stream
 
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
@@ -210,8 +210,12 @@ class Service(ABC):
     writes: tuple[AnyStream, ...] = ()
     serves: tuple[AnyCall, ...] = ()
     calls: tuple[AnyCall, ...] = ()
-    trigger: AnyStream | Period
-    """A period, or a stream that it reads: then a message, a request or a reply starts a step."""
+    trigger: AnyStream | Period | tuple[AnyStream, ...]
+    """A period, or streams that it reads: then a message, a request or a reply starts a step.
+
+    Of several streams, what is sent in one step of its sender starts one step here; one that falls
+    silent does not hold up the others.
+    """
 
     @abstractmethod
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
@@ -222,6 +226,24 @@ class Service(ABC):
 
         Called once, when the process ends and also after an error in step().
         """
+
+
+def triggers(name: str, service: Service) -> tuple[AnyStream, ...]:
+    """The streams that start a step; none where the service runs by the clock.
+
+    Raises:
+        ServiceError: it does not read one of them, or has neither period nor stream.
+    """
+    trigger = service.trigger
+    if isinstance(trigger, Period):
+        return ()
+    streams = trigger if isinstance(trigger, tuple) else (trigger,)
+    if not streams:
+        raise ServiceError(f"{name} has no trigger: nothing would ever start a step")
+    for stream in streams:
+        if stream not in service.reads:
+            raise ServiceError(f"{name} is triggered by {stream}, which it does not read")
+    return streams
 
 
 def undeclared(owner: str, verb: str, used: object, declared: Iterable[object]) -> str:

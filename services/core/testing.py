@@ -1,11 +1,12 @@
 """A bench for one service: virtual time, no network, every output kept."""
 
+from collections.abc import Mapping
 from typing import Any, TypeVar
 
 import msgspec
 
 from services.core.clock import NS_PER_S, VirtualClock
-from services.core.service import CallFailed, Inputs, Outputs, Period, Service
+from services.core.service import CallFailed, Inputs, Outputs, Period, Service, triggers
 from services.core.stream import AnyCall, AnyStream, Call, Stream
 
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
@@ -21,6 +22,7 @@ class Bench:
         self.clock = clock or VirtualClock()
         self.steps = 0
         name = type(service).__name__
+        self._triggers = triggers(name, service)
         self._inputs = Inputs(name, service.reads, service.serves, service.calls)
         self._outputs = Outputs(name, self, service.writes, service.serves, service.calls)
         self._sent: dict[AnyStream, list[Any]] = {stream: [] for stream in service.writes}
@@ -32,7 +34,14 @@ class Bench:
     def put(self, stream: Stream[MessageT], message: MessageT) -> None:
         """A message arrives now; where it is the trigger, the service steps at once."""
         self._inputs.deliver(stream, message, self.clock.now_ns())
-        if stream is self.service.trigger:
+        if stream in self._triggers:
+            self.step()
+
+    def put_together(self, messages: Mapping[Stream[MessageT], MessageT]) -> None:
+        """Messages that were sent in one step arrive now; they start one step at most."""
+        for stream, message in messages.items():
+            self._inputs.deliver(stream, message, self.clock.now_ns())
+        if any(stream in self._triggers for stream in messages):
             self.step()
 
     def request(self, call: Call[RequestT, ReplyT], request: RequestT) -> int:

@@ -13,7 +13,7 @@ import msgspec
 
 from services.core.clock import NS_PER_MS, VirtualClock, wall_ns
 from services.core.errors import ServiceError
-from services.core.service import CallFailed, Inputs, Outputs, Period, Service
+from services.core.service import CallFailed, Inputs, Outputs, Period, Service, triggers
 from services.core.stream import AnyCall, AnyStream
 from services.core.timing import Durations
 
@@ -206,9 +206,7 @@ class VirtualExecutor:
 
 def _period_ticks(name: str, service: Service) -> int:
     """Period of a service in ticks; 0 where messages start it."""
-    if not isinstance(service.trigger, Period):
-        if service.trigger not in service.reads:
-            raise ServiceError(f"{name} is triggered by {service.trigger}, which it does not read")
+    if triggers(name, service) or not isinstance(service.trigger, Period):
         return 0
     ticks = service.trigger.seconds * TICKS_PER_S
     if round(ticks) < 1 or abs(ticks - round(ticks)) > 1e-6:
@@ -221,9 +219,10 @@ def _targets(nodes: list[_Node]) -> dict[AnyStream, tuple[_Target, ...]]:
     streams = dict.fromkeys(
         s for node in nodes for s in (*node.service.reads, *node.service.writes)
     )
+    starts = {node: triggers(node.name, node.service) for node in nodes}
     return {
         stream: tuple(
-            (node, stream is node.service.trigger) for node in nodes if stream in node.service.reads
+            (node, stream in starts[node]) for node in nodes if stream in node.service.reads
         )
         for stream in streams
     }

@@ -134,6 +134,39 @@ def test_samples_of_another_type_are_refused_and_counted(session: zenoh.Session)
     assert executor.step_times.count == 1
 
 
+class TwoSided(Service):
+    """Notes how many messages of each stream its steps see."""
+
+    reads = (PING, PONG)
+    trigger = (PING, PONG)
+
+    def __init__(self) -> None:
+        self.seen: list[tuple[int, int]] = []
+
+    def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:  # noqa: ARG002
+        self.seen.append((len(inputs.all_new(PING)), len(inputs.all_new(PONG))))
+
+
+def test_what_is_sent_together_is_one_step(session: zenoh.Session) -> None:
+    service = TwoSided()
+    executor = LiveExecutor("reader", service, session, "icub", RealClock())
+
+    def put_pair() -> None:
+        for stream in (PING, PONG):
+            encoding = "application/msgpack;schema=Ping"
+            session.put(stream.key("icub"), b"\x92\x00\x01", encoding=encoding)
+
+    def another_until_all_came() -> bool:
+        pings, pongs = map(sum, zip(*service.seen, strict=True))
+        if pings == pongs:
+            put_pair()
+        return pings == pongs == 30
+
+    put_pair()
+    executor.run(until=another_until_all_came)
+    assert service.seen[-20:] == [(1, 1)] * 20
+
+
 def test_a_trigger_must_be_read(session: zenoh.Session) -> None:
     service = Ticker(VirtualClock(), 0, 0)
     service.trigger = PONG

@@ -10,6 +10,7 @@ class Value(msgspec.Struct, frozen=True):
 
 
 IN = Stream("in", Value, rate_hz=100)
+AGAIN = Stream("again", Value, rate_hz=100)
 OUT = Stream("out", Value, rate_hz=100)
 ASK = Call("ask", Value, Value)
 FURTHER = Call("further", Value, Value)
@@ -65,3 +66,18 @@ def test_time_steps_a_periodic_service_at_every_due_instant() -> None:
     assert bench.clock.now_ns() == 25_000_000
     bench.close()
     assert bench.last(OUT) == Value(-1)
+
+
+class TwoSided(Service):
+    reads = trigger = (IN, AGAIN)
+
+    def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
+        """Nothing."""
+
+
+def test_messages_that_come_together_start_one_step() -> None:
+    bench = Bench(TwoSided())
+    bench.put_together({IN: Value(1), AGAIN: Value(2)})
+    assert bench.steps == 1
+    bench.put(AGAIN, Value(3))
+    assert bench.steps == 2

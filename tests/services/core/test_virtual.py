@@ -28,7 +28,7 @@ def nothing(now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
 class Toy(Service):
     def __init__(
         self,
-        trigger: AnyStream | Period,
+        trigger: AnyStream | Period | tuple[AnyStream, ...],
         act: Act = nothing,
         *,
         reads: tuple[AnyStream, ...] = (),
@@ -231,6 +231,31 @@ def test_counts_steps_and_their_duration() -> None:
 def test_a_period_must_be_whole_ticks(seconds: float) -> None:
     with pytest.raises(ServiceError, match="whole ticks"):
         run({"toy": Toy(Period(seconds))}, 1)
+
+
+def test_several_triggers_start_one_step_a_tick_and_a_silent_one_stops_nothing() -> None:
+    def put_b_for_three_ticks(now_ns: int, inputs: Inputs, outputs: Outputs) -> None:  # noqa: ARG001
+        if now_ns < 3 * NS_PER_MS:
+            outputs.put(B, Value(0))
+
+    reader = Toy((A, B), reads=(A, B))
+    services: dict[str, Service] = {
+        "a": Toy(Period(0.002), put_a, writes=(A,)),
+        "b": Toy(Period(0.001), put_b_for_three_ticks, writes=(B,)),
+        "reader": reader,
+    }
+    run(services, 8)
+    assert reader.steps_ms == [1, 2, 3, 5, 7]
+
+
+def test_each_of_several_triggers_must_be_read() -> None:
+    with pytest.raises(ServiceError, match=r"'b'.*does not read"):
+        VirtualExecutor(VirtualClock(), {"toy": Toy((A, B), reads=(A,))})
+
+
+def test_an_empty_trigger_is_refused() -> None:
+    with pytest.raises(ServiceError, match="nothing would ever start a step"):
+        VirtualExecutor(VirtualClock(), {"toy": Toy(())})
 
 
 def test_a_trigger_must_be_read() -> None:
