@@ -71,6 +71,7 @@ class RobotModel:
         self._a: Vector = np.zeros(self._model.nv)
         self._tip = frame_index(self._model, tip_frame)
         ids = {name: self._model.getJointId(frame) for name, frame in sensor_frames.items()}
+        self._sensor_ids = ids
         # Live views into pinocchio's results, valid as long as self._data is: never handed out.
         self._force_at = {name: self._data.f[i].vector for name, i in ids.items()}
         self._place_at = {name: self._data.oMi[i] for name, i in ids.items()}
@@ -149,6 +150,34 @@ class RobotModel:
         self.rnea(q_rad, dq_rad_s, ddq_rad_s2)
         wrench: Vector = -self._force_at[name]
         return wrench
+
+    def inertial_parameters(self, name: str) -> Vector:
+        """Ten per body beyond a sensor (10 k): mass, mass times centre, inertia at the joint.
+
+        A body is what moves with one joint, or with the sensor. In the order of
+        `sensor_regressor`: m, m c (3), then xx, xy, yy, xz, yz, zz of the inertia.
+        """
+        bodies = self._bodies_beyond(name)
+        return np.concatenate([self._model.inertias[i].toDynamicParameters() for i in bodies])
+
+    def sensor_regressor(
+        self, q_rad: Vector, dq_rad_s: Vector, ddq_rad_s2: Vector, name: str
+    ) -> Matrix:
+        """R (6, 10 k) with `sensor_wrench` = R `inertial_parameters`, whatever those are."""
+        self.rnea(q_rad, dq_rad_s, ddq_rad_s2)
+        bodies = self._bodies_beyond(name)
+        carried = {bodies[0]: pin.SE3.Identity()}  # placements in the sensor; rnea leaves no oMi
+        blocks = []
+        for i in bodies:
+            if i not in carried:
+                carried[i] = carried[self._model.parents[i]] * self._data.liMi[i]
+            block = pin.jointBodyRegressor(self._model, self._data, i)
+            blocks.append(-carried[i].toDualActionMatrix() @ block)
+        R: Matrix = np.hstack(blocks)
+        return R
+
+    def _bodies_beyond(self, name: str) -> list[int]:
+        return list(self._model.subtrees[self._sensor_ids[name]])
 
     def chain_description(self) -> list[ChainElement]:
         """Placements and axes of the moving joints from the base to the tip, and the tip itself."""
