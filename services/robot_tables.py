@@ -73,6 +73,9 @@ class SensorTable(Strict, frozen=True, kw_only=True):
     frame: str
     board: str
     behind: str = ""  # joint behind which the frame is put, where the model has none
+    contact_frame: str = ""  # where what touches the limb beyond is assumed; empty = the frame
+    contact_on_n: float = 4.0  # a contact begins: above what weight and motion are uncertain by
+    contact_off_n: float = 2.5  # and ends
     full_scale: tuple[float, float, float, float, float, float]
 
 
