@@ -61,6 +61,11 @@ class Recording:
     test: Samples
 
 
+def is_here() -> bool:
+    """Whether the archive is where it is looked for by default."""
+    return DEFAULT_ARCHIVE.is_file()
+
+
 def find(data: Path | None = None) -> Path:
     """The archive's path: the one given, else the default one where that exists.
 

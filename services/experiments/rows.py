@@ -44,9 +44,14 @@ def publish(title: str, rows: list[Row], json_file: Path | None) -> int:
         table.add_row(row.name, value, row.unit, row.bar, holds)
     Console().print(table)
     if json_file is not None:
-        text = json.dumps({"rows": [_plain(row) for row in rows]}, indent=2)
-        json_file.write_text(text + "\n", encoding="utf-8")
+        write(rows, json_file)
     return 0 if all(row.holds is not False for row in rows) else 1
+
+
+def write(rows: list[Row], json_file: Path) -> None:
+    """Write the rows as JSON."""
+    text = json.dumps({"rows": [_plain(row) for row in rows]}, indent=2)
+    json_file.write_text(text + "\n", encoding="utf-8")
 
 
 def _plain(row: Row) -> dict[str, object]:

@@ -1,0 +1,195 @@
+"""Every limb of the emulated robot swings without touching anything, and is recorded.
+
+A guest of services.simulation: it asks the HAL to calibrate, moves to the middle of the swings,
+lets the force/torque sensors rest there, and then commands every joint of the body along a sine of
+its own, in position-direct mode. All of it goes over the boards' CAN frames. The recording holds
+what the streams said: joint angles and wrenches, each as old as its message.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+from services.core.errors import ServiceError
+from services.core.service import Period
+from services.messages import JointCommand, JointState, Wrench
+from services.robot_tables import RobotFile
+from services.script import AbandonedError, Script, ScriptedService
+from services.streams import JOINT_COMMAND, JOINT_STATE, ROBOT_CALL, ROBOT_STATUS, WRENCH
+from services.wiring import joint_limits_deg
+
+PERIOD_S = 0.01
+REST_S = 1.5
+SETTLE_S = 1.5
+MOVE_S = 4.0
+OPEN_TIMEOUT_S, CALIBRATION_TIMEOUT_S = 20.0, 60.0
+EASE_S = 2.0  # in which the swing grows to its full amplitude
+SPEED_SHARE = 0.75  # of the joint's maximal speed
+LIMIT_ROOM_DEG = 2.0
+GOLDEN_ANGLE_RAD = 2.4  # between the phases of one joint and the next: none in step
+
+# Middle and amplitude in degrees, and period in seconds, of each joint. Periods of the joints of a
+# limb are not multiples of each other, so that the limb goes through ever new postures.
+ARM = {
+    "shoulder_pitch": (-45.0, 28.0, 3.7),
+    "shoulder_roll": (50.0, 20.0, 2.9),
+    "shoulder_yaw": (20.0, 28.0, 4.3),
+    "elbow": (60.0, 30.0, 3.1),
+    "wrist_prosup": (5.0, 35.0, 2.3),
+    "wrist_pitch": (-20.0, 20.0, 2.7),
+    "wrist_yaw": (0.0, 12.0, 1.9),
+}
+LEG = {
+    "hip_pitch": (25.0, 20.0, 3.9),
+    "hip_roll": (-20.0, 10.0, 3.3),
+    "hip_yaw": (5.0, 18.0, 2.7),
+    "knee": (-45.0, 25.0, 3.1),
+    "ankle_pitch": (3.0, 14.0, 2.3),
+    "ankle_roll": (1.0, 6.0, 1.9),
+}
+TORSO = {
+    "torso_yaw": (0.0, 12.0, 7.3),
+    "torso_roll": (0.0, 7.0, 8.9),
+    "torso_pitch": (8.0, 8.0, 6.1),
+}
+HEAD = {
+    "neck_pitch": (-5.0, 12.0, 3.3),
+    "neck_roll": (0.0, 10.0, 4.1),
+    "neck_yaw": (0.0, 20.0, 5.3),
+}
+SWINGS = {
+    **TORSO,
+    **HEAD,
+    **{f"{side}_{name}": swing for side in "lr" for name, swing in (ARM | LEG).items()},
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Swing:
+    """One joint's sine."""
+
+    middle_rad: float
+    amplitude_rad: float
+    turn_rad_s: float
+    phase_rad: float
+
+    def at(self, at_s: float) -> float:
+        """Angle, `at_s` after the swing began."""
+        wave = math.sin(self.turn_rad_s * at_s + self.phase_rad)
+        return self.middle_rad + self.amplitude_rad * eased(at_s) * wave
+
+
+@dataclass
+class Log:
+    """What was heard while a limb rested and moved, as it came."""
+
+    states: dict[str, list[JointState]] = field(default_factory=dict)
+    wrenches: dict[str, list[Wrench]] = field(default_factory=dict)
+    rest_ns: tuple[int, int] = (0, 0)
+    motion_ns: tuple[int, int] = (0, 0)
+    failure: str = ""
+
+
+class FreeMotion(ScriptedService):
+    """Runs the motion once; `log` is what was heard."""
+
+    trigger = Period(PERIOD_S)
+    calls = (ROBOT_CALL,)
+
+    def __init__(self, robot: RobotFile, seconds: float) -> None:
+        """`seconds` of full swing, after the easing in."""
+        self._robot = robot
+        self._seconds = seconds
+        self._parts = {
+            part: joints
+            for part, joints in robot.parts.items()
+            if all(joint in SWINGS for joint in joints)
+        }
+        self._swings = {
+            part: [swing_of(robot, joint) for joint in joints]
+            for part, joints in self._parts.items()
+        }
+        self.reads = (
+            ROBOT_STATUS,
+            *(JOINT_STATE[part] for part in self._parts),
+            *(WRENCH[sensor] for sensor in robot.sensors),
+        )
+        self.writes = tuple(JOINT_COMMAND[part] for part in self._parts)
+        self.log = Log(
+            states={part: [] for part in self._parts},
+            wrenches={sensor: [] for sensor in robot.sensors},
+        )
+        self._logs = False
+        super().__init__(tuple(joint for joints in self._parts.values() for joint in joints))
+
+    def observe(self) -> None:
+        """Keep what has arrived."""
+        if not self._logs:
+            return
+        for part, states in self.log.states.items():
+            states.extend(self.inputs.all_new(JOINT_STATE[part]))
+        for sensor, wrenches in self.log.wrenches.items():
+            wrenches.extend(self.inputs.all_new(WRENCH[sensor]))
+
+    def script(self) -> Script:
+        """The whole experiment."""
+        try:
+            yield from self._run()
+        except AbandonedError as error:
+            self.log.failure = str(error)
+
+    def _run(self) -> Script:
+        yield from self.until(
+            lambda: self.status().phase in ("idle", "ready"), OPEN_TIMEOUT_S, "boards answer"
+        )
+        yield from self.ask("calibrating the axes", "calibrate", CALIBRATION_TIMEOUT_S)
+        middle = tuple(one.middle_rad for swings in self._swings.values() for one in swings)
+        yield from self.ask("moving to the middle", "move", q_rad=middle, duration_s=MOVE_S)
+        yield from self._wait("settling", SETTLE_S)
+        self._logs = True
+        since_ns = self.now_ns
+        yield from self._wait("resting, for the offsets of the sensors", REST_S)
+        self.log.rest_ns = (since_ns, self.now_ns)
+        yield from self.ask("position-direct mode", "mode", value="direct")
+        yield from self._swing()
+
+    def _swing(self) -> Script:
+        self.say("swinging")
+        start_ns = self.now_ns
+        end_s = EASE_S + self._seconds
+        while (at_s := (self.now_ns - start_ns) * 1e-9) < end_s:
+            for part, swings in self._swings.items():
+                q_rad = tuple(swing.at(at_s) for swing in swings)
+                command = JointCommand(stamp_ns=self.now_ns, mode="direct", q_rad=q_rad)
+                self.outputs.put(JOINT_COMMAND[part], command)
+            yield
+        self.log.motion_ns = (start_ns + round(EASE_S * 1e9), self.now_ns)
+        self._logs = False
+
+    def _wait(self, what: str, seconds: float) -> Script:
+        self.say(what)
+        end_ns = self.now_ns + round(seconds * 1e9)
+        while self.now_ns < end_ns:
+            yield
+
+
+def swing_of(robot: RobotFile, joint: str) -> Swing:
+    """How a joint moves: at most as far and as fast as the robot file lets it, with room."""
+    middle, amplitude, period_s = SWINGS[joint]
+    low, high = joint_limits_deg(robot, joint)
+    room = robot.joints[joint].limit_margin_deg + LIMIT_ROOM_DEG
+    fastest = SPEED_SHARE * robot.joints[joint].max_velocity_deg_s * period_s / math.tau
+    inside = min(middle - low, high - middle) - room
+    if inside <= 0.0:
+        raise ServiceError(f"{joint} cannot swing about {middle} degrees within its limits")
+    return Swing(
+        middle_rad=math.radians(middle),
+        amplitude_rad=math.radians(min(amplitude, inside, fastest)),
+        turn_rad_s=math.tau / period_s,
+        phase_rad=GOLDEN_ANGLE_RAD * list(SWINGS).index(joint),
+    )
+
+
+def eased(at_s: float) -> float:
+    """Share of the amplitude: from 0 to 1 in EASE_S, with minimum jerk."""
+    s = min(at_s / EASE_S, 1.0)
+    return s * s * s * (10.0 + s * (-15.0 + 6.0 * s))

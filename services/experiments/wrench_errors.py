@@ -1,0 +1,109 @@
+"""Measured minus predicted force/torque wrenches of one motion, as in the paper's Table 1."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dforc.arrays import Matrix, Vector
+from dforc.robot_model import RobotModel
+from services.experiments.free_recording import FreeRecording
+from services.experiments.icubdyn import JOINTS, Recording, Samples
+from services.model_file import model_path, urdf_path
+from services.robot_tables import RobotFile
+
+WHOLE_ROBOT = "icub"
+COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")
+UNITS = ("N", "N", "N", "Nm", "Nm", "Nm")
+RECORDED_FRAME = "r_arm_ft_sensor"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """One sensor: what it read, less its offset, and what the model says. Both (rows, 6)."""
+
+    measured: Matrix
+    predicted: Matrix
+
+    @property
+    def errors(self) -> Matrix:
+        """Measured minus predicted, (rows, 6)."""
+        return self.measured - self.predicted
+
+    @property
+    def mean(self) -> Vector:
+        """Of the errors, (6,)."""
+        mean: Vector = self.errors.mean(axis=0)
+        return mean
+
+    @property
+    def std(self) -> Vector:
+        """Of the errors about their mean, (6,)."""
+        std: Vector = self.errors.std(axis=0)
+        return std
+
+    @property
+    def nmse(self) -> float:
+        """Mean square error over the variance of what was measured, averaged over the components.
+
+        1 is what a constant reading would earn.
+        """
+        square = np.square(self.errors).mean(axis=0)
+        return float((square / self.measured.var(axis=0)).mean())
+
+
+def limbs(robot: RobotFile) -> dict[str, str]:
+    """The paper's sensors, one in each arm and leg: sensor by the part that its board is in.
+
+    A sensor in a foot, which the model itself has not got, is not among them.
+    """
+    return {
+        robot.boards[sensor.board].part: name
+        for name, sensor in robot.sensors.items()
+        if not sensor.behind
+    }
+
+
+def of_emulation(robot: RobotFile, recording: FreeRecording) -> dict[str, Comparison]:
+    """By limb, in full swing; each sensor's offset is what it read in excess while it rested."""
+    sensors = limbs(robot)
+    model = RobotModel(
+        str(model_path(robot)),
+        recording.joints,
+        robot.reach.tip_frame,
+        {sensor: robot.sensors[sensor].frame for sensor in sensors.values()},
+    )
+    predicted = _predicted(model, recording.q_rad, recording.dq_rad_s, recording.ddq_rad_s2)
+    compared = {}
+    for limb, sensor in sensors.items():
+        measured = recording.wrenches[sensor]
+        offset = (measured - predicted[sensor])[recording.resting].mean(axis=0)
+        compared[limb] = Comparison(
+            measured=measured[recording.moving] - offset,
+            predicted=predicted[sensor][recording.moving],
+        )
+    return compared
+
+
+def of_recording(recording: Recording, urdf: str) -> Comparison:
+    """The real right arm, its test rows, by the CAD model of one URDF.
+
+    The recording's axes and signs are those of the URDF's sensor frame and of docs/frames.md: every
+    other assignment of axes and signs fits at least 40 times worse. The offset is constant, from
+    the training rows; joints that were not recorded are taken to be at zero, the torso upright.
+    """
+    model = RobotModel(
+        str(urdf_path(urdf)), JOINTS, RECORDED_FRAME, {RECORDED_FRAME: RECORDED_FRAME}
+    )
+    train, test = (_of_samples(model, rows) for rows in (recording.train, recording.test))
+    offset = (recording.train.wrenches - train).mean(axis=0)
+    return Comparison(measured=recording.test.wrenches - offset, predicted=test)
+
+
+def _of_samples(model: RobotModel, rows: Samples) -> Matrix:
+    return _predicted(model, rows.q_rad, rows.dq_rad_s, rows.ddq_rad_s2)[RECORDED_FRAME]
+
+
+def _predicted(model: RobotModel, q: Matrix, dq: Matrix, ddq: Matrix) -> dict[str, Matrix]:
+    """What every sensor would read if nothing touched the robot, (rows, 6)."""
+    rows = [model.inverse_dynamics(*row)[1] for row in zip(q, dq, ddq, strict=True)]
+    return {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ())}
