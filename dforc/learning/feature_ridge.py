@@ -5,13 +5,13 @@ differ in smoothness and noise, and every further kernel costs a P of its own.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from dforc.arrays import ArrayLike, Matrix, Vector, constant, finite_vector
 from dforc.errors import ShapeError
-from dforc.learning.marginal_likelihood import Hyperparameters, fit_hyperparameters
+from dforc.learning.marginal_likelihood import fit_hyperparameters
 from dforc.learning.random_features import Form, RandomFeatures
 from dforc.learning.recursive_ridge import RecursiveRidge, RidgeState
 
@@ -39,12 +39,32 @@ def fit_kernels(
     x: Matrix, y: Matrix, groups: Sequence[Sequence[int]] = WRENCH_GROUPS
 ) -> tuple[Kernel, ...]:
     """One kernel per group of outputs by marginal likelihood; every output counts alike."""
-    scaled = (y - y.mean(0)) / np.maximum(y.std(0), 1e-12)
-    kernels = []
-    for group in groups:
-        found: Hyperparameters = fit_hyperparameters(x, scaled[:, list(group)])
-        kernels.append(Kernel(tuple(group), found.length_scales, found.regularisation))
-    return tuple(kernels)
+    scaled = _standardised(y)
+    found = [(tuple(group), fit_hyperparameters(x, scaled[:, list(group)])) for group in groups]
+    return tuple(Kernel(group, fit.length_scales, fit.regularisation) for group, fit in found)
+
+
+def fit_noise(x: Matrix, y: Matrix, kernels: Sequence[Kernel]) -> tuple[Kernel, ...]:
+    """The same kernels with the regularisation that fits other outputs y.
+
+    For what a model leaves over: too little of it is more than noise to find length scales by, and
+    it stems from the same motion as the whole.
+    """
+    scaled = _standardised(y)
+    return tuple(
+        replace(
+            kernel,
+            regularisation=fit_hyperparameters(
+                x, scaled[:, list(kernel.outputs)], kernel.length_scales
+            ).regularisation,
+        )
+        for kernel in kernels
+    )
+
+
+def _standardised(y: Matrix) -> Matrix:
+    scaled: Matrix = (y - y.mean(0)) / np.maximum(y.std(0), 1e-12)
+    return scaled
 
 
 class FeatureRidge:

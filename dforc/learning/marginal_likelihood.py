@@ -1,8 +1,9 @@
 """Hyperparameters of a Gaussian kernel by the marginal likelihood of a Gaussian process.
 
 Several outputs may share one kernel: their log likelihoods are added up. The likelihood has local
-optima; what is found depends on where the search begins, here at unit signal, length scales of
-the inputs' spread times the square root of their number, and a tenth of the signal as noise.
+optima, one of which calls everything noise; what is found depends on where the search begins, here
+at unit signal, length scales of the inputs' spread times the square root of their number, and two
+levels of noise. The better end counts.
 """
 
 from dataclasses import dataclass
@@ -15,7 +16,9 @@ from dforc.arrays import Matrix, Vector, constant
 from dforc.errors import NotFiniteError, ShapeError
 from dforc.learning.kernel_ridge import gaussian_kernel
 
+NOISE_STARTS = (0.1, 0.5)  # of the signal
 BOUND = 9.0  # of the logarithms: a factor of 8000 either way
+SHORTEST = 0.02  # length scale, of the inputs' spread
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -33,8 +36,16 @@ class Hyperparameters:
         return (self.noise / self.signal) ** 2
 
 
-def fit_hyperparameters(x: Matrix, y: Matrix, most_steps: int = 200) -> Hyperparameters:
+def fit_hyperparameters(
+    x: Matrix, y: Matrix, length_scales: Vector | None = None, most_steps: int = 200
+) -> Hyperparameters:
     """Maximise the likelihood of rows x (k, inputs), y (k, outputs) of zero mean, O(k^3) a step.
+
+    Args:
+        x: inputs, in any units.
+        y: outputs, which share the kernel.
+        length_scales: kept where given; then only signal and noise are sought.
+        most_steps: of each search.
 
     Raises:
         NotFiniteError: NaN or infinity among them.
@@ -44,27 +55,34 @@ def fit_hyperparameters(x: Matrix, y: Matrix, most_steps: int = 200) -> Hyperpar
         raise ShapeError(f"data of shapes {x.shape} and {y.shape}")
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
         raise NotFiniteError("the data are not finite")
-    spread = np.maximum(x.std(0), 1e-9)
+    unit = np.maximum(x.std(0), 1e-9) if length_scales is None else length_scales
     level = max(float(np.sqrt((y * y).mean())), 1e-12)
-    scaled_x, scaled_y = x / spread, y / level
-    start = np.zeros(x.shape[1] + 2)
-    start[:-2] = 0.5 * np.log(x.shape[1])
-    start[-1] = np.log(0.1)
-    result = minimize(
-        negative_log_likelihood,
-        start,
-        args=(scaled_x, scaled_y),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=[(-BOUND, BOUND)] * len(start),
-        options={"maxiter": most_steps},
-    )
-    lengths, signal, noise = np.exp(result.x[:-2]), np.exp(result.x[-2]), np.exp(result.x[-1])
+    inputs = x.shape[1]
+    bounds = [(np.log(SHORTEST), BOUND)] * inputs + [(-BOUND, BOUND)] * 2
+    start = np.zeros(inputs + 2)
+    if length_scales is None:
+        start[:-2] = 0.5 * np.log(inputs)
+    else:
+        bounds[:-2] = [(0.0, 0.0)] * inputs
+    ends = []
+    for noise in NOISE_STARTS:
+        start[-1] = np.log(noise)
+        end = minimize(
+            negative_log_likelihood,
+            start,
+            args=(x / unit, y / level),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=bounds,
+            options={"maxiter": most_steps},
+        )
+        ends.append((float(end.fun), np.exp(end.x)))
+    cost, found = min(ends, key=lambda end: end[0])
     return Hyperparameters(
-        constant(lengths * spread),
-        float(signal * level),
-        float(noise * level),
-        float(-result.fun - y.size * np.log(level)),
+        constant(found[:-2] * unit),
+        float(found[-2]) * level,
+        float(found[-1]) * level,
+        -cost - y.size * float(np.log(level)),
     )
 
 
