@@ -7,6 +7,7 @@ from pathlib import Path
 
 import cyclopts
 
+from services.cli import experiment as experiments
 from services.core.errors import ProcessDiedError, ServiceError
 
 PACKAGES = ("services", "hal", "dforc", "firmware_sim")
@@ -21,7 +22,9 @@ app = cyclopts.App(
 demo = cyclopts.App(name="demo", help="What the whole stack does, shown.")
 can = cyclopts.App(name="can", help="CAN buses of this machine.")
 board = cyclopts.App(name="board", help="Emulated boards, one by one.")
+experiment = cyclopts.App(name="experiment", help="Figures and tables of the papers, made again.")
 app.command(demo)
+app.command(experiment)
 app.command(can)
 app.command(board)
 # By name, so that a verb loads its own modules only: solver and compiler take a second.
@@ -31,6 +34,8 @@ board.command("services.cli.fault:board_fault", name="fault")
 board.command("services.cli.fault:board_faults", name="faults")
 app.command("services.cli.up:up", name="up")
 demo.command("services.cli.demo:reach", name="reach")
+for verb in experiments.VERBS:  # they load what they need when they run
+    experiment.command(verb)
 can.command("services.cli.can_up:can_up", name="up")
 can.command("services.cli.can_scan:can_scan", name="scan")
 can.command("services.cli.can_dump:can_dump", name="dump")

@@ -1,7 +1,7 @@
 """Figure 5: what one limb's force/torque sensor reads in free motion, and what the model predicts.
 
-Three force panels on the left, three moment panels on the right, as in the paper; below each trace
-its error, on the same scale.
+Three force panels on the left, three moment panels on the right, as in the paper, and in each the
+difference of the two on the same scale.
 """
 
 from functools import partial
@@ -21,7 +21,7 @@ from services.config import load_robot
 from services.core.errors import ConfigError
 from services.experiments.free_recording import record
 from services.experiments.reporting import check_folders, tell_motion, working
-from services.experiments.rows import Row, at_least, publish
+from services.experiments.rows import Row, at_least, publish, write
 from services.experiments.wrench_errors import (
     COMPONENTS,
     UNITS,
@@ -64,7 +64,11 @@ def force_fig5(
         compared = of_emulation(robot_file, recording)[limb]
     at_s = recording.at_s[recording.moving]
     draw(compared, at_s - at_s[0], limb, plot)
-    status = publish(f"{limb.replace('_', ' ')}, free motion", _rows(compared), json)
+    rows = _rows(compared)
+    if json is not None:
+        write(rows, json)
+    held = [row for row in rows if row.holds is not None]
+    status = publish(f"{limb.replace('_', ' ')}, free motion", held, None)
     console.print(f"plot: {plot}")
     console.print(_meaning(compared), soft_wrap=True)
     return status
@@ -79,7 +83,8 @@ def draw(compared: Comparison, at_s: Vector, limb: str, path: Path) -> None:
         _trace(panel, compared, i, at_s)
         panel.set_ylabel(f"{component} [{unit}]")
         panel.grid(visible=True, alpha=0.3)
-    axes[0, 0].legend(loc="upper right", ncols=3, fontsize=8)
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3)
     for panel in axes[-1]:
         panel.set_xlabel("time [s]")
     figure.suptitle(

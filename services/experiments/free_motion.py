@@ -2,22 +2,28 @@
 
 A guest of services.simulation: it asks the HAL to calibrate, moves to the middle of the swings,
 lets the force/torque sensors rest there, and then commands every joint of the body along a sine of
-its own, in position-direct mode. All of it goes over the boards' CAN frames. The recording holds
-what the streams said: joint angles and wrenches, each as old as its message.
+its own, in position-direct mode. All of it goes over the boards' CAN frames. Encoders and
+force/torque sensors then pass one and the same filter (dforc/signals/delay_match.py): a delay
+between the two would be read as a force.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
+from dforc.arrays import Vector
+from dforc.signals.delay_match import DELAY_S, MatchedFilter, MatchedMotion
+from dforc.signals.differentiation import JointMotion
 from services.core.errors import ServiceError
 from services.core.service import Period
-from services.messages import JointCommand, JointState, Wrench
+from services.messages import JointCommand
 from services.robot_tables import RobotFile
 from services.script import AbandonedError, Script, ScriptedService
 from services.streams import JOINT_COMMAND, JOINT_STATE, ROBOT_CALL, ROBOT_STATUS, WRENCH
 from services.wiring import joint_limits_deg
 
 PERIOD_S = 0.01
+S_PER_NS = 1e-9
 REST_S = 1.5
 SETTLE_S = 1.5
 MOVE_S = 4.0
@@ -78,19 +84,17 @@ class Swing:
         return self.middle_rad + self.amplitude_rad * eased(at_s) * wave
 
 
-@dataclass
-class Log:
-    """What was heard while a limb rested and moved, as it came."""
+class Row(NamedTuple):
+    """What all belongs to one instant, filtered alike."""
 
-    states: dict[str, list[JointState]] = field(default_factory=dict)
-    wrenches: dict[str, list[Wrench]] = field(default_factory=dict)
-    rest_ns: tuple[int, int] = (0, 0)
-    motion_ns: tuple[int, int] = (0, 0)
-    failure: str = ""
+    at_s: float
+    phase: str  # rest | ease | swing
+    motion: JointMotion
+    wrenches: tuple[Vector, ...]  # (6,) per sensor: force, moment
 
 
 class FreeMotion(ScriptedService):
-    """Runs the motion once; `log` is what was heard."""
+    """Runs the motion once; `rows` is what was heard, 100 a second."""
 
     trigger = Period(PERIOD_S)
     calls = (ROBOT_CALL,)
@@ -114,28 +118,38 @@ class FreeMotion(ScriptedService):
             *(WRENCH[sensor] for sensor in robot.sensors),
         )
         self.writes = tuple(JOINT_COMMAND[part] for part in self._parts)
-        self.log = Log(
-            states={part: [] for part in self._parts},
-            wrenches={sensor: [] for sensor in robot.sensors},
-        )
-        self._logs = False
-        super().__init__(tuple(joint for joints in self._parts.values() for joint in joints))
+        self.joints = tuple(joint for joints in self._parts.values() for joint in joints)
+        self.sensors = tuple(robot.sensors)
+        self.rows: list[Row] = []
+        self.failure = ""
+        self._phase = ""
+        self._motion = MatchedMotion(len(self.joints))
+        self._wrenches = [MatchedFilter(6) for _ in self.sensors]
+        super().__init__(self.joints)
 
     def observe(self) -> None:
-        """Keep what has arrived."""
-        if not self._logs:
+        """Filter what has arrived, and keep it from the rest on."""
+        if not self._phase:
             return
-        for part, states in self.log.states.items():
-            states.extend(self.inputs.all_new(JOINT_STATE[part]))
-        for sensor, wrenches in self.log.wrenches.items():
-            wrenches.extend(self.inputs.all_new(WRENCH[sensor]))
+        every_part = [self.inputs.all_new(JOINT_STATE[part]) for part in self._parts]
+        for states in zip(*every_part, strict=True):
+            q_rad = [angle for state in states for angle in state.q_rad]
+            self._motion.push(q_rad, states[0].stamp_ns * S_PER_NS)
+        for sensor, matched in zip(self.sensors, self._wrenches, strict=True):
+            for wrench in self.inputs.all_new(WRENCH[sensor]):
+                reading = (*wrench.force_n, *wrench.torque_nm)
+                matched.push(reading, wrench.arrival_ns * S_PER_NS)
+        if self._motion.settled and all(matched.settled for matched in self._wrenches):
+            at_s = self.now_ns * S_PER_NS
+            wrenches = tuple(matched.value(at_s) for matched in self._wrenches)
+            self.rows.append(Row(at_s, self._phase, self._motion.motion(at_s), wrenches))
 
     def script(self) -> Script:
         """The whole experiment."""
         try:
             yield from self._run()
         except AbandonedError as error:
-            self.log.failure = str(error)
+            self.failure = str(error)
 
     def _run(self) -> Script:
         yield from self.until(
@@ -145,25 +159,22 @@ class FreeMotion(ScriptedService):
         middle = tuple(one.middle_rad for swings in self._swings.values() for one in swings)
         yield from self.ask("moving to the middle", "move", q_rad=middle, duration_s=MOVE_S)
         yield from self._wait("settling", SETTLE_S)
-        self._logs = True
-        since_ns = self.now_ns
+        self._phase = "rest"
         yield from self._wait("resting, for the offsets of the sensors", REST_S)
-        self.log.rest_ns = (since_ns, self.now_ns)
+        self._phase = "ease"
         yield from self.ask("position-direct mode", "mode", value="direct")
         yield from self._swing()
 
     def _swing(self) -> Script:
         self.say("swinging")
         start_ns = self.now_ns
-        end_s = EASE_S + self._seconds
-        while (at_s := (self.now_ns - start_ns) * 1e-9) < end_s:
+        while (at_s := (self.now_ns - start_ns) * S_PER_NS) < EASE_S + self._seconds:
+            self._phase = "ease" if at_s < EASE_S + DELAY_S else "swing"
             for part, swings in self._swings.items():
                 q_rad = tuple(swing.at(at_s) for swing in swings)
                 command = JointCommand(stamp_ns=self.now_ns, mode="direct", q_rad=q_rad)
                 self.outputs.put(JOINT_COMMAND[part], command)
             yield
-        self.log.motion_ns = (start_ns + round(EASE_S * 1e9), self.now_ns)
-        self._logs = False
 
     def _wait(self, what: str, seconds: float) -> Script:
         self.say(what)

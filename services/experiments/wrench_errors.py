@@ -43,12 +43,14 @@ class Comparison:
 
     @property
     def nmse(self) -> float:
-        """Mean square error over the variance of what was measured, averaged over the components.
+        """Mean square error over the variance of what was measured; 1 is what a constant earns."""
+        return nmse(self.predicted, self.measured)
 
-        1 is what a constant reading would earn.
-        """
-        square = np.square(self.errors).mean(axis=0)
-        return float((square / self.measured.var(axis=0)).mean())
+
+def nmse(predicted: Matrix, measured: Matrix) -> float:
+    """Mean square error over the variance of what was measured, averaged over the columns."""
+    square: Vector = np.square(measured - predicted).mean(axis=0)
+    return float((square / measured.var(axis=0)).mean())
 
 
 def limbs(robot: RobotFile) -> dict[str, str]:
@@ -91,12 +93,16 @@ def of_recording(recording: Recording, urdf: str) -> Comparison:
     other assignment of axes and signs fits at least 40 times worse. The offset is constant, from
     the training rows; joints that were not recorded are taken to be at zero, the torso upright.
     """
-    model = RobotModel(
-        str(urdf_path(urdf)), JOINTS, RECORDED_FRAME, {RECORDED_FRAME: RECORDED_FRAME}
-    )
+    model = recorded_arm(urdf)
     train, test = (_of_samples(model, rows) for rows in (recording.train, recording.test))
     offset = (recording.train.wrenches - train).mean(axis=0)
     return Comparison(measured=recording.test.wrenches - offset, predicted=test)
+
+
+def recorded_arm(urdf: str) -> RobotModel:
+    """The joints that were recorded, and their sensor RECORDED_FRAME."""
+    frames = {RECORDED_FRAME: RECORDED_FRAME}
+    return RobotModel(str(urdf_path(urdf)), JOINTS, RECORDED_FRAME, frames)
 
 
 def _of_samples(model: RobotModel, rows: Samples) -> Matrix:

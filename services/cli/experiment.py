@@ -1,0 +1,100 @@
+"""ulna experiment: the figures and tables of the force control paper, made again.
+
+Each prints a table and what its numbers mean beside the paper's, and returns 0 when every bar
+holds. What needs a package or a recording that is not here says so, and how to get it.
+"""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from services.core.errors import ConfigError
+
+MOST_RUNS = 100
+Data = Annotated[Path | None, Parameter(name="--data")]
+Json = Annotated[Path | None, Parameter(name="--json")]
+
+
+def force_table1(
+    *,
+    robot: str = "icub",
+    data: Data = None,
+    seed: int = 0,
+    runs: int = 1,
+    short: bool = False,
+    json_file: Json = None,
+) -> int:
+    """Table 1: measured minus predicted force/torque wrench in free motion, per limb.
+
+    On the emulated robot, whose masses and levers are not the model's; and on a recording of a real
+    right arm, where that is at hand.
+
+    Example: ulna experiment force-table1 --data icubdyn.tgz --json table1.json
+
+    Args:
+        robot: name[:parts][@site] of a robot in robots/, or a robot file.
+        data: the recording icubdyn.tgz. Default: shared/data/icubdyn.tgz beside the checkout.
+        seed: draws plant masses and levers, sensor noise and offset.
+        runs: plants, one after another, with the seeds that follow.
+        short: one plant and a few seconds of motion.
+        json_file: write every value there.
+    """
+    from services.experiments import force_table1 as experiment
+
+    _check_runs(runs)
+    return experiment.force_table1(
+        robot=robot, data=data, seed=seed, runs=runs, short=short, json=json_file
+    )
+
+
+def force_fig5(
+    *,
+    robot: str = "icub",
+    limb: str = "left_arm",
+    seed: int = 0,
+    short: bool = False,
+    json_file: Json = None,
+    plot: Path = Path("force-fig5.png"),
+) -> int:
+    """Figure 5: what a limb's force/torque sensor reads in free motion, and the prediction.
+
+    Example: ulna experiment force-fig5 --limb right_leg --plot leg.png
+
+    Args:
+        robot: name[:parts][@site] of a robot in robots/, or a robot file.
+        limb: left_arm, right_arm, left_leg or right_leg.
+        seed: draws plant masses and levers, sensor noise and offset.
+        short: a few seconds of motion.
+        json_file: write every value there.
+        plot: write the figure there.
+    """
+    from services.experiments import force_fig5 as experiment
+
+    return experiment.force_fig5(
+        robot=robot, limb=limb, seed=seed, short=short, json=json_file, plot=plot
+    )
+
+
+def check_peer(module: str, package: str) -> None:
+    """Refuse an experiment that compares with a package that is not installed.
+
+    Raises:
+        ConfigError: it is not here; the text says how to get it.
+    """
+    try:
+        import_module(module)
+    except ImportError as error:
+        raise ConfigError(
+            f"this experiment compares with {package}, which is not installed; "
+            "./ulna setup peers installs it"
+        ) from error
+
+
+def _check_runs(runs: int) -> None:
+    if not 1 <= runs <= MOST_RUNS:
+        raise ConfigError(f"--runs: {runs} is outside 1..{MOST_RUNS}")
+
+
+VERBS = (force_table1, force_fig5)
