@@ -135,11 +135,12 @@ class FeatureRidge:
             ridge.fit(features.features_of_rows(x), (y - mean)[:, columns])
         self._mean = constant(mean)
 
-    def reset(self) -> None:
-        """Forget everything."""
+    def reset(self, mean: ArrayLike | None = None) -> None:
+        """Forget everything; `mean` (zero) is the prediction where nothing is known."""
+        given = np.zeros(self.outputs) if mean is None else mean
+        self._mean = constant(finite_vector("mean", given, self.outputs))
         for ridge in self._ridges:
             ridge.reset()
-        self._mean = constant(np.zeros(self.outputs))
 
     def definite(self) -> bool:
         """Whether every P is positive definite; O(size^3)."""

@@ -91,7 +91,7 @@ class Learner(Protocol[StateT]):
 
 
 class ContactSafe(Generic[StateT]):
-    """A learner of what a rigid-body model leaves over, behind a gate, with a memory to go back to."""
+    """A learner of what a model leaves over, behind a gate, with a memory to go back to."""
 
     __slots__ = ("_age", "_memory", "_newer", "_older", "gate", "learner", "taken_back")
 

@@ -10,7 +10,8 @@ from dforc.errors import NotFiniteError, ShapeError
 def squared_distances(a: Matrix, b: Matrix) -> Matrix:
     """|a_i - b_j|^2 (len(a), len(b)), never below zero."""
     squares = (a * a).sum(1)[:, None] + (b * b).sum(1)[None, :] - 2.0 * (a @ b.T)
-    return np.maximum(squares, 0.0, out=squares)
+    distances: Matrix = np.maximum(squares, 0.0, out=squares)
+    return distances
 
 
 def gaussian_kernel(a: Matrix, b: Matrix, length_scales: Vector) -> Matrix:

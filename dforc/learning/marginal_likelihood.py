@@ -32,7 +32,7 @@ class Hyperparameters:
 
     @property
     def regularisation(self) -> float:
-        """lambda for a kernel of unit signal."""
+        """Ridge parameter for a kernel of unit signal."""
         return (self.noise / self.signal) ** 2
 
 

@@ -54,7 +54,7 @@ class RandomFeatures:
         self.size = size
 
     def features(self, x: ArrayLike) -> Vector:
-        """phi (size,) of one input.
+        """Features (size,) of one input.
 
         Raises:
             NotFiniteError: NaN or infinity in x.

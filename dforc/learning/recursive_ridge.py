@@ -102,7 +102,7 @@ class RecursiveRidge:
         return error
 
     def variance(self, phi: Vector) -> float:
-        """phi'P phi: what is unknown about this input, in units of the noise; 0 = nothing."""
+        """How much, phi'P phi, is unknown about this input, in units of the noise; 0 = nothing."""
         return float(phi.dot(dsymv(1.0, self._P, phi, lower=1)))
 
     def fit(self, phi: Matrix, y: Matrix) -> None:
@@ -156,4 +156,5 @@ class RecursiveRidge:
 def batch_weights(phi: Matrix, y: Matrix, regularisation: float) -> Matrix:
     """The ridge solution W (size, outputs) of all rows at once, read-only."""
     A = phi.T @ phi + regularisation * np.eye(phi.shape[1])
-    return constant(np.linalg.solve(A, phi.T @ y))
+    weights: Matrix = np.linalg.solve(A, phi.T @ y)
+    return constant(weights)

@@ -66,12 +66,10 @@ class RigidParameters:
         self._moment += rows.T @ rest
 
     def solve(self) -> Vector:
-        """theta (parameters,) of everything added."""
+        """Parameters theta (parameters,) by everything added."""
         scale = 1.0 / np.sqrt(np.diag(self._information))  # units differ by orders of magnitude
         scaled = self._information * np.outer(scale, scale)
-        self.theta = constant(
-            self._prior + scale * np.linalg.solve(scaled, scale * self._moment)
-        )
+        self.theta = constant(self._prior + scale * np.linalg.solve(scaled, scale * self._moment))
         return self.theta
 
     def reset(self) -> None:
