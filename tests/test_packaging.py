@@ -118,8 +118,13 @@ def test_the_dev_lock_contains_the_runtime_lock() -> None:
     assert {name: pin for name, pin in runtime.items() if dev.get(name) != pin} == {}
 
 
+def test_the_peers_lock_contains_the_dev_lock() -> None:
+    dev, peers = pins("requirements-dev.lock"), pins("requirements-peers.lock")
+    assert {name: pin for name, pin in dev.items() if peers.get(name) != pin} == {}
+
+
 def test_every_pin_has_hashes() -> None:
-    for lock in ("requirements.lock", "requirements-dev.lock"):
+    for lock in ("requirements.lock", "requirements-dev.lock", "requirements-peers.lock"):
         entries = pins(lock)
         assert len(entries) == len(re.findall(r"^\S+==", (ROOT / lock).read_text(), re.MULTILINE))
         assert all(hashes for _, hashes in entries.values())
@@ -133,8 +138,9 @@ def test_every_declared_dependency_is_locked(project: dict[str, dict[str, list[s
     assert dev - pins("requirements-dev.lock").keys() == set()
 
 
-def test_comparison_partners_never_reach_the_locks(
+def test_comparison_partners_are_in_a_lock_of_their_own(
     project: dict[str, dict[str, list[str]]],
 ) -> None:
     peers = names(project["dependency-groups"]["peers"])
     assert peers & pins("requirements-dev.lock").keys() == set()
+    assert peers - pins("requirements-peers.lock").keys() == set()

@@ -1,6 +1,6 @@
 """Makes .venv from a lock file, or brings it up to date, for ./ulna and ./check.
 
-Usage   python -m services.cli.setup.environment ROOT runtime|dev
+Usage   python -m services.cli.setup.environment ROOT runtime|dev|peers
 It runs before anything is installed: only the standard library and services/core/clock.py may be
 imported here.
 
@@ -26,7 +26,14 @@ from services.cli.setup.pip_output import PipOutput, explain
 from services.cli.setup.pip_wheel import BootstrapError, place_pip
 from services.core.clock import NS_PER_S, wall_ns
 
-LOCKS = {"runtime": "requirements.lock", "dev": "requirements-dev.lock"}
+LOCKS = {
+    "runtime": "requirements.lock",
+    "dev": "requirements-dev.lock",
+    "peers": "requirements-peers.lock",
+}
+# Each lock contains the ones before it; the peers are put on top of a finished dev environment.
+CONTAINS = {"runtime": ("runtime",), "dev": ("runtime", "dev"), "peers": ("peers",)}
+SIZES = {"runtime": "0.4 GB", "dev": "0.4 GB", "peers": "0.2 GB"}
 # Compiling every module ahead would take longer than the few that are imported take on first use.
 INSTALL = ("install", "--require-hashes", "--no-compile", "--progress-bar", "off", "--retries", "2")
 
@@ -61,17 +68,30 @@ def ensure(root: Path, kind: str) -> None:
     with _only_one(root) as turn:
         if is_current(root, kind):
             return
-        start_ns = wall_ns()
-        _prepare_folder(root, kind)
-        for each in LOCKS:
-            stamp_file(root, each).unlink(missing_ok=True)
-        output = _install_lock(root, kind, turn)
-        lend_openmp(root / ".venv")
-        _install_project(root)
-        _compile(root)
-        for each in LOCKS if kind == "dev" else (kind,):  # the dev lock contains the runtime lock
-            stamp_file(root, each).write_text(wanted_stamp(root, each))
-        say(f"set up in {(wall_ns() - start_ns) / NS_PER_S:.0f} s: {output.summary()}")
+        if kind != "peers":
+            _make(root, kind, turn)
+            return
+        if not is_current(root, "dev"):
+            _make(root, "dev", turn)
+        _finish(root, kind, wall_ns(), _install_lock(root, kind, turn))
+
+
+def _make(root: Path, kind: str, turn: int) -> None:
+    start_ns = wall_ns()
+    _prepare_folder(root, kind)
+    for each in LOCKS:
+        stamp_file(root, each).unlink(missing_ok=True)
+    output = _install_lock(root, kind, turn)
+    lend_openmp(root / ".venv")
+    _install_project(root)
+    _compile(root)
+    _finish(root, kind, start_ns, output)
+
+
+def _finish(root: Path, kind: str, start_ns: int, output: PipOutput) -> None:
+    for each in CONTAINS[kind]:
+        stamp_file(root, each).write_text(wanted_stamp(root, each))
+    say(f"set up in {(wall_ns() - start_ns) / NS_PER_S:.0f} s: {output.summary()}")
 
 
 def say(text: str) -> None:
@@ -130,27 +150,38 @@ def _runs(python: Path) -> bool:
 
 def _install_lock(root: Path, kind: str, turn: int) -> PipOutput:
     lock = root / LOCKS[kind]
-    packages = sum("==" in line for line in lock.read_text().splitlines())
-    say(f"fetching {packages} packages, 0.4 GB unless they are here already; the large ones:")
+    packages = _pins(lock)
+    if kind == "peers":
+        packages -= _pins(root / LOCKS["dev"])
+    say(
+        f"fetching {packages} packages, {SIZES[kind]} unless they are here already; the large ones:"
+    )
     output = PipOutput(say)
     log_path = root / ".venv" / "setup.log"
-    with log_path.open("w") as log:
-        process = subprocess.Popen(
-            [*_pip(root), *INSTALL, "-r", str(lock)],
+    command = [*_pip(root), *INSTALL, "-r", str(lock)]
+    with (
+        log_path.open("w") as log,
+        subprocess.Popen(
+            command,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
             errors="replace",
             env=_pip_environment(),
             pass_fds=(turn,),  # a pip that outlives us still keeps the others waiting
-        )
+        ) as process,
+    ):
         assert process.stdout is not None
         for line in process.stdout:
             log.write(line)
             output.feed(line)
-        if process.wait() != 0:
-            raise EnvironmentSetupError(explain(output.tail, log_path))
+    if process.returncode != 0:
+        raise EnvironmentSetupError(explain(output.tail, log_path))
     return output
+
+
+def _pins(lock: Path) -> int:
+    return sum("==" in line for line in lock.read_text().splitlines())
 
 
 def _install_project(root: Path) -> None:
