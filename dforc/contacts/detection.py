@@ -2,9 +2,14 @@
 
 import math
 
+import numpy as np
+
+from dforc.arrays import ArrayLike, finite_vector
 from dforc.errors import DforcError, NotFiniteError
 
 MOST_SAMPLES = 3
+TAIL = 0.1  # share of the levels that the tail is fitted to
+LEAST_LEVELS = 100
 
 
 class ThresholdError(DforcError, ValueError):
@@ -63,3 +68,29 @@ class ContactDetector:
         """Untouched, as at the start: after a calibration or a lost sensor."""
         self.touching = False
         self._count = 0
+
+
+def threshold_for(levels: ArrayLike, period_s: float, per_hour: float = 1.0) -> float:
+    """Level that a single sample without contact exceeds `per_hour` times an hour.
+
+    The largest tenth of the levels is taken to fall off exponentially, and is carried on beyond
+    what was seen. The debounce is the reserve for motion unlike the one that the levels are from.
+
+    Args:
+        levels: norms of the residual without contact, at least 100, in the unit of the detector.
+        period_s: between two samples.
+        per_hour: how often.
+
+    Raises:
+        ThresholdError: too few levels, or all of them the same.
+        NotFiniteError: a level is NaN or infinity.
+    """
+    seen = finite_vector("levels", levels, len(levels))
+    if len(seen) < LEAST_LEVELS:
+        raise ThresholdError(f"{len(seen)} levels are too few; it takes {LEAST_LEVELS}")
+    start = float(np.quantile(seen, 1.0 - TAIL))
+    beyond = seen[seen > start] - start
+    if not beyond.size:
+        raise ThresholdError("the levels do not vary")
+    samples_per_hour = 3600.0 / period_s
+    return start + float(beyond.mean()) * math.log(TAIL * samples_per_hour / per_hour)

@@ -1,8 +1,9 @@
 import math
 
+import numpy as np
 import pytest
 
-from dforc.contacts.detection import ContactDetector, ThresholdError
+from dforc.contacts.detection import ContactDetector, ThresholdError, threshold_for
 from dforc.errors import NotFiniteError
 
 
@@ -61,3 +62,17 @@ def test_thresholds_the_wrong_way_round_are_refused(on: float, off: float) -> No
 def test_a_debounce_of_more_than_three_samples_is_refused(samples: int) -> None:
     with pytest.raises(ThresholdError, match="1 to 3"):
         ContactDetector(2.0, 1.0, on_samples=samples)
+
+
+def test_an_exponential_level_is_exceeded_as_often_as_asked() -> None:
+    # P(level > t) = exp(-t / 0.2): at 100 Hz one in 360 000 samples is beyond 0.2 ln 360000
+    levels = -0.2 * np.log((np.arange(20_000) + 0.5) / 20_000)
+    assert threshold_for(levels, 0.01) == pytest.approx(0.2 * math.log(360_000), rel=0.01)
+    assert threshold_for(levels, 0.01, 36.0) == pytest.approx(0.2 * math.log(10_000), rel=0.01)
+
+
+def test_a_threshold_from_too_few_or_equal_levels_is_refused() -> None:
+    with pytest.raises(ThresholdError, match="99 levels"):
+        threshold_for(np.linspace(0.0, 1.0, 99), 0.01)
+    with pytest.raises(ThresholdError, match="do not vary"):
+        threshold_for(np.ones(200), 0.01)
