@@ -61,6 +61,7 @@ class BodySensor:
     contact_frame: str
     contact_on_n: float
     contact_off_n: float
+    full_scale: tuple[float, ...]
 
 
 class Body:
@@ -78,6 +79,7 @@ class Body:
                 table.contact_frame or table.frame,
                 table.contact_on_n,
                 table.contact_off_n,
+                table.full_scale,
             )
             for name, table in robot.sensors.items()
         )
@@ -91,11 +93,6 @@ class Body:
     def sensor_frames(self) -> dict[str, str]:
         """URDF joint of each sensor, by name."""
         return {sensor.name: sensor.frame for sensor in self.sensors}
-
-
-def has_dynamics(robot: RobotFile) -> bool:
-    """Whether a robot has what torque estimates are made from."""
-    return bool(robot.sensors)
 
 
 def _parts(robot: RobotFile, tree: ModelTree) -> tuple[BodyPart, ...]:

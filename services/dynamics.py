@@ -1,190 +1,207 @@
-"""Joint torques from the arm's force/torque sensor, and gravity, for the boards' 1 ms loops.
+"""Whole-body dynamics: joint torques from the FT sensors in the limbs, contacts, and gravity.
 
-Reads   wrench of the limb's FT sensor (trigger), joint_state of the limb's parts
-Writes  torque_estimate and impedance_offset of the limb's parts, dynamics/status
-Serves  dynamics/zero_ft: remove the sensor's offset (no contact, arm at rest)
-Nothing is published before the offset is known. When the sensor or a joint goes silent, so does the
-estimate: the HAL then makes the limb stiff. A saturated sensor counts as silent. The stream does
-not stop for a later calibration: the old offset holds until the new one is complete.
+Reads   wrench of every FT sensor and joint_state of every part (triggers), the IMUs, and the
+        learner's predictions
+Writes  torque_estimate and impedance_offset of every part whose boards take torques; dynamics/
+        status, contacts, samples, health, models
+Serves  dynamics/request, and dynamics/zero_ft: find the offset of FT sensors
+Torques come from unfiltered readings, with the measured velocities and without accelerations: what
+these add beyond a sensor, it measures. A part's torques are silent while a sensor that they need is
+lost or not calibrated, or joints that they need are not heard; the HAL then makes it stiff. Which
+parts are silent, and why, is told in dynamics/health. Nothing stops for a calibration.
 """
 
-import msgspec
+from dataclasses import replace
+
 import numpy as np
 
-from dforc.dynamics import Estimate, NotAtRestError, OffsetSamples, TorqueEstimator, offset_of
+from dforc.arrays import Vector
+from dforc.contacts.shapes import LinkShapes
 from dforc.errors import DforcError
+from dforc.estimation.assumption import Assumption
+from dforc.estimation.estimate import BodyEstimate
+from dforc.estimation.estimator import WholeBodyEstimator
+from dforc.estimation.tree_model import TreeModel
+from services.assumed_contacts import default_assumption
+from services.body import Body
 from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Service
-from services.limb import joined, limb_model, split
-from services.messages import (
-    DynamicsStatus,
-    Floats,
-    FtRequest,
-    ImpedanceOffset,
-    Reply,
-    TorqueEstimate,
-    Vector3,
-    Wrench,
-)
+from services.dynamics_reports import Reports
+from services.dynamics_requests import answer
+from services.filtered_body import FilteredBody
+from services.gravity_torques import GravityTorques
+from services.joint_bank import JointBank
+from services.kinematic_source import KinematicSource
+from services.learned_correction import Correction
+from services.messages import ImpedanceOffset, TorqueEstimate
+from services.rates import Rates
 from services.robot_tables import RobotFile
+from services.sensor_bank import SensorBank
+from services.sensor_tasks import SensorTasks
 from services.streams import (
+    DYNAMICS_CALL,
+    DYNAMICS_HEALTH,
+    DYNAMICS_MODELS,
+    DYNAMICS_SAMPLES,
     DYNAMICS_STATUS,
+    EXTERNAL,
     FT_CALL,
-    IMPEDANCE_OFFSET,
-    JOINT_STATE,
-    TORQUE_ESTIMATE,
-    WRENCH,
+    LEARNED,
 )
+from services.torque_gate import TorqueGate
 
-STATE_AGE_S = 0.03  # a few joint states
-OFFSET_PERIOD_NS = 10_000_000  # gravity offsets, as the boards are sent them
-STATUS_PERIOD_NS = 20_000_000
-REST_PATIENCE = 2000  # readings in motion before a calibration gives up
+LOOK_PERIOD_NS = 10_000_000
+STATUS_EVERY_LOOKS = 2
+HEALTH_EVERY_LOOKS = 10
 
 
 class Dynamics(Service):
-    """Newton-Euler estimate of one limb."""
+    """Newton-Euler estimate of all limbs in use."""
 
-    def __init__(self, robot: RobotFile) -> None:
-        self._robot = robot
-        self._sensor = robot.reach.sensor
-        self._estimator = TorqueEstimator(limb_model(robot), self._sensor)
-        self._offset: Floats | None = None
-        self._samples: OffsetSamples | None = None
-        self._newest: Estimate | None = None
-        self._refused = 0
-        self._restless = 0
-        self._reason = ""
-        self._next_offset_ns = 0
-        self._next_status_ns = 0
-        parts = robot.reach.parts
-        self._states = tuple(JOINT_STATE[part] for part in parts)
-        self._wrench = WRENCH[self._sensor]
-        self.trigger = self._wrench
-        self.reads = (self._wrench, *self._states)
+    def __init__(
+        self, robot: RobotFile, rates: Rates | None = None, shapes: LinkShapes | None = None
+    ) -> None:
+        """`rates` are those of the robot process; by default the virtual ones."""
+        body = Body(robot)
+        model = TreeModel.from_urdf(str(body.urdf), body.joints, body.sensor_frames)
+        self.body = body
+        self.assumption = default_assumption(body)
+        self.assumption_name = "default"
+        self.bank = SensorBank(body.sensors, 1.0 / (rates or Rates.virtual(robot)).wrench_hz)
+        self.joints = JointBank(body.parts, model.n)
+        self.tasks = SensorTasks(body.sensors, self.bank)
+        self.source = KinematicSource(body)
+        self.correction = Correction(body.sensors)
+        self.filtered = FilteredBody(body, model, self.assumption, self.bank, shapes)
+        self.gate = TorqueGate(body, self.assumption, self.bank, self.joints, self.source)
+        self.estimator = WholeBodyEstimator(model, self.assumption)
+        self.refused = 0  # estimates that could not be made
+        self.reason = ""
+        self.newest: BodyEstimate | None = None  # since the last status
+        self._contacts = self.assumption.contacts  # those that are located, where they are
+        self._reports = Reports(robot, self)
+        self._gravity = GravityTorques(model)
+        self._still: Vector = np.zeros(model.n)
+        self._next_look_ns = 0
+        self._looks = 0
+        felt = tuple(part for part in body.parts if part.felt)
+        wrenches = tuple(sensor.wrench for sensor in body.sensors)
+        states = tuple(part.state for part in body.parts)
+        self.trigger = (*wrenches, *states)
+        self.reads = (*wrenches, *states, *self.source.streams, LEARNED)
         self.writes = (
-            *(TORQUE_ESTIMATE[part] for part in parts),
-            *(IMPEDANCE_OFFSET[part] for part in parts),
-            DYNAMICS_STATUS,
+            *(part.torque for part in felt),
+            *(part.offset for part in felt),
+            *(DYNAMICS_STATUS, EXTERNAL, DYNAMICS_SAMPLES, DYNAMICS_HEALTH, DYNAMICS_MODELS),
         )
-        self.serves = (FT_CALL,)
+        self.serves = (FT_CALL, DYNAMICS_CALL)
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
-        """One estimate per wrench."""
-        for token, request in inputs.requests(FT_CALL):
-            outputs.reply(FT_CALL, token, self._start_calibration(request))
-        wrench = inputs.new(self._wrench)
-        joints = joined(tuple([inputs.fresh(state, STATE_AGE_S) for state in self._states]))
-        if wrench is not None and joints is not None:
-            self._estimate(now_ns, wrench, joints, outputs)
-        if now_ns >= self._next_status_ns:
-            self._next_status_ns = now_ns + STATUS_PERIOD_NS
-            outputs.put(DYNAMICS_STATUS, self._status(now_ns))
+        """One estimate per batch of readings."""
+        answer(self, inputs, outputs)
+        new_joints = self.joints.take(now_ns, inputs)
+        new_readings = self.bank.take(now_ns, inputs)
+        self.source.take(now_ns, inputs)
+        self.correction.take(inputs)
+        self.gate.update()
+        if new_readings and (self.gate.speaking or self.tasks.is_calibrating):
+            self._estimate(now_ns, outputs)
+        if new_joints:
+            self.filtered.add_joints(self.joints.q_rad, now_ns)
+        if now_ns >= self._next_look_ns:
+            self._next_look_ns = now_ns + LOOK_PERIOD_NS
+            self._look(now_ns, outputs)
 
-    def _estimate(
-        self, now_ns: int, wrench: Wrench, joints: tuple[Floats, Floats], outputs: Outputs
-    ) -> None:
-        q_rad, dq_rad_s = joints
-        reading = wrench.force_n + wrench.torque_nm
-        if wrench.saturated or wrench.frozen:  # the sensor repeats a sample: that is no reading
-            self._refused += 1
-            state = "saturated" if wrench.saturated else "frozen"
-            self._reason = f"the force/torque sensor is {state}"
-            return
-        if self._samples is not None:
-            self._calibrate(q_rad, dq_rad_s, reading)
-        if self._offset is None:
-            return
+    def assume(self, name: str, assumption: Assumption) -> None:
+        """Other contacts or another kinematic source from now on.
+
+        Raises:
+            AssumptionError: a frame is unknown; nothing has changed.
+        """
+        self.estimator.assume(assumption)
+        self.filtered.estimator.assume(assumption)
+        self.filtered.contacts.assume(assumption)
+        self.gate.assume(assumption)
+        if assumption.source != self.source.frame:
+            self.source.use(assumption.source)
+            self._gravity.use(assumption.source)
+        self.assumption, self.assumption_name = assumption, name
+        self._contacts = assumption.contacts
+
+    def _estimate(self, now_ns: int, outputs: Outputs) -> None:
+        """Torques of every part that may have them, where its own sensors have new readings."""
+        bank, joints = self.bank, self.joints
+        readings = bank.compensated()
         try:
-            estimate = self._estimator.estimate(q_rad, dq_rad_s, reading, self._offset)
-        except DforcError as error:  # not finite, or not the limb's number of joints
-            self._refused += 1
-            self._reason = str(error)
-            return
-        self._publish(now_ns, wrench, estimate, outputs)
-        if now_ns >= self._next_offset_ns:
-            self._next_offset_ns = now_ns + OFFSET_PERIOD_NS
-            gravity = self._gravity(q_rad)
-            for part, tau_nm in split(self._robot, gravity).items():
-                outputs.put(IMPEDANCE_OFFSET[part], ImpedanceOffset(stamp_ns=now_ns, tau_nm=tau_nm))
-
-    def _gravity(self, q_rad: Floats) -> Floats:
-        return tuple(self._estimator.gravity(q_rad).tolist())
-
-    def _publish(self, now_ns: int, wrench: Wrench, estimate: Estimate, outputs: Outputs) -> None:
-        self._newest = estimate
-        for part, tau_nm in split(self._robot, tuple(estimate.tau_nm.tolist())).items():
-            outputs.put(
-                TORQUE_ESTIMATE[part],
-                TorqueEstimate(
-                    stamp_ns=now_ns,
-                    tau_nm=tau_nm,
-                    arrival_ns=wrench.arrival_ns,
-                ),
+            estimate = self.estimator.estimate(
+                joints.q_rad, joints.dq_rad_s, self._still, readings, bank.mask, self.source.motion
             )
+        except DforcError as error:  # numbers beyond what can be multiplied
+            self.refused += 1
+            self.reason = str(error)
+            return
+        self.newest = estimate
+        tau_nm = estimate.tau_nm.tolist()
+        arrivals_ns = bank.arrival_ns
+        for part, sensors in self.gate.speaking:
+            if any(bank.new[i] for i in sensors):
+                outputs.put(
+                    part.torque,
+                    TorqueEstimate(
+                        stamp_ns=now_ns,
+                        tau_nm=part.to_stream(tau_nm),
+                        arrival_ns=min([arrivals_ns[i] for i in sensors]),
+                    ),
+                )
+        if self.tasks.is_calibrating:
+            fastest = float(np.abs(joints.dq_rad_s).max())
+            touched = self.filtered.contacts.is_touched
+            self.tasks.add_readings(estimate.internal, fastest, self.gate.heard, touched)
 
-    def _start_calibration(self, request: FtRequest) -> Reply:
-        unknown = [name for name in request.sensors if name != self._sensor]
-        if unknown:
-            return Reply(ok=False, reason=f"no sensor {unknown[0]!r} here; there is {self._sensor}")
-        if not 1 <= request.samples <= 100_000:
-            return Reply(ok=False, reason=f"samples must be 1..100000, not {request.samples}")
-        self._samples = OffsetSamples(wanted=request.samples)
-        self._restless = 0
-        self._reason = ""
-        return Reply(ok=True)
-
-    def _calibrate(self, q_rad: Floats, dq_rad_s: Floats, reading: Floats) -> None:
-        assert self._samples is not None
+    def _look(self, now_ns: int, outputs: Outputs) -> None:
+        self._looks += 1
         try:
-            self._samples = self._estimator.add_sample(self._samples, q_rad, dq_rad_s, reading)
-        except NotAtRestError as error:
-            self._restless += 1
-            if self._restless >= REST_PATIENCE:
-                self._samples = None
-                self._reason = f"calibration given up: {error}"
-            return
+            look = self.filtered.look(
+                now_ns, self.gate.heard, self.source, self.correction, self.tasks
+            )
         except DforcError as error:
-            self._refused += 1
-            self._reason = str(error)
+            self.refused += 1
+            self.reason = str(error)
+            look = None
+        if look is not None:
+            outputs.put(EXTERNAL, look.contacts)
+            outputs.put(DYNAMICS_SAMPLES, look.samples)
+            self._follow_contacts()
+        self._put_gravity(now_ns, outputs)
+        if self._looks % STATUS_EVERY_LOOKS == 0:
+            outputs.put(DYNAMICS_STATUS, self._reports.status(now_ns))
+            self.newest = None
+        if self._looks % HEALTH_EVERY_LOOKS == 0:
+            outputs.put(DYNAMICS_HEALTH, self._reports.health(now_ns))
+            if look is not None:
+                outputs.put(DYNAMICS_MODELS, self._reports.models(now_ns, look.estimate))
+
+    def _follow_contacts(self) -> None:
+        """A touch whose link is sure acts there in the torques too."""
+        contacts = self.filtered.contacts.assumed(self.assumption)
+        if contacts != self._contacts:
+            self._contacts = contacts
+            self.estimator.assume(replace(self.assumption, contacts=contacts))
+
+    def _put_gravity(self, now_ns: int, outputs: Outputs) -> None:
+        if not self.gate.postured:
             return
-        if self._samples.complete:
-            self._offset = tuple(offset_of(self._samples).tolist())
-            self._samples = None
-
-    def _status(self, now_ns: int) -> DynamicsStatus:
-        if self._samples is not None:
-            state = "calibrating"
-        else:
-            state = "waiting" if self._offset is None else "running"
-        status = DynamicsStatus(
-            stamp_ns=now_ns,
-            state=state,
-            samples=self._samples.count if self._samples else 0,
-            offset=self._offset or (),
-            refused=self._refused,
-            reason=self._reason,
-        )
-        newest, self._newest = self._newest, None
-        if newest is None:
-            return status
-        return msgspec.structs.replace(
-            status,
-            external_force_n=_vector3(newest.force_n),
-            external_moment_nm=_vector3(newest.moment_nm),
-            tau_nm=tuple(newest.tau_nm.tolist()),
-        )
-
-
-def _vector3(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> Vector3:
-    x, y, z = values.tolist()
-    return (x, y, z)
+        gravity = self._gravity.torques(self.joints.q_rad, self.source.motion).tolist()
+        for part in self.gate.postured:
+            offset = ImpedanceOffset(stamp_ns=now_ns, tau_nm=part.to_stream(gravity))
+            outputs.put(part.offset, offset)
 
 
 def build(context: Context) -> Dynamics:
     """Load the robot's model."""
-    return Dynamics(load_robot(context.robot))
+    robot = load_robot(context.robot)
+    return Dynamics(robot, Rates.live(robot))
 
 
 if __name__ == "__main__":

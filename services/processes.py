@@ -19,6 +19,7 @@ class Process:
     nice: int = 0  # where SCHED_FIFO is not asked for or not permitted
     emulated_only: bool = False  # stands in for hardware: not started on a real robot
     reaches: bool = False  # needs the reaching limb
+    feels: bool = False  # needs a force/torque sensor
     on_can: bool = False  # keeps real time on the buses: started when the others have loaded
 
 
@@ -29,7 +30,7 @@ PROCESSES = (
     Process("boards", "services.boards", fifo_priority=50, emulated_only=True, on_can=True),
     Process("robot", "services.robot", fifo_priority=50, on_can=True),
     Process("guard", "services.guard", fifo_priority=45, on_can=True),
-    Process("dynamics", "services.dynamics", fifo_priority=48, reaches=True),
+    Process("dynamics", "services.dynamics", fifo_priority=48, feels=True),
     Process("ik", "services.ik", nice=5, reaches=True),
     Process("cartesian", "services.cartesian", reaches=True),
     Process("field", "services.field", nice=5, reaches=True),

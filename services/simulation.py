@@ -83,9 +83,10 @@ class Simulation:
             "robot": RobotService(robot, self._buses(robot), setting.rates),
             "guard": GuardService(robot, self._buses(robot)),
         }
+        if robot.sensors:
+            stack["dynamics"] = Dynamics(robot, setting.rates)
         if robot.can_reach:
             stack |= {
-                "dynamics": Dynamics(robot),
                 "ik": Ik(robot),
                 "cartesian": Cartesian(robot),
                 "field": Field(),

@@ -291,7 +291,9 @@ def rows_for(robot: RobotFile) -> tuple[Process, ...]:
     return tuple(
         row
         for row in PROCESSES
-        if (emulated or not row.emulated_only) and (robot.can_reach or not row.reaches)
+        if (emulated or not row.emulated_only)
+        and (robot.can_reach or not row.reaches)
+        and (robot.sensors or not row.feels)
     )
 
 

@@ -1,0 +1,119 @@
+"""The slower look at the whole robot: contacts, health, centre of mass, what a learner learns from.
+
+All signals pass one filter and so bear one delay; accelerations are known here. The learner's
+correction is taken off the readings: a contact is what neither model nor learner explains.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dforc.arrays import Matrix, Vector
+from dforc.contacts.shapes import LinkShapes
+from dforc.estimation.assumption import Assumption
+from dforc.estimation.estimate import BodyEstimate
+from dforc.estimation.estimator import WholeBodyEstimator
+from dforc.estimation.tree_model import TreeModel
+from dforc.signals.delay_match import DELAY_S, MatchedMotion
+from services.body import Body
+from services.contact_watch import ContactWatch
+from services.dynamics_messages import Contacts, DynamicsSamples, SensorSample
+from services.kinematic_source import KinematicSource
+from services.learned_correction import Correction
+from services.messages import Floats
+from services.sensor_bank import SensorBank
+from services.sensor_health import HealthFigures
+from services.sensor_tasks import SensorTasks
+
+NS_TO_S = 1e-9
+
+
+class Look(NamedTuple):
+    """What one look found."""
+
+    contacts: Contacts
+    samples: DynamicsSamples
+    estimate: BodyEstimate
+
+
+class FilteredBody:
+    """Filters, estimator, contacts and health figures of one robot."""
+
+    def __init__(
+        self,
+        body: Body,
+        model: TreeModel,
+        assumption: Assumption,
+        bank: SensorBank,
+        shapes: LinkShapes | None,
+    ) -> None:
+        self.contacts = ContactWatch(body, shapes)
+        self.health = HealthFigures(body.sensors)
+        self.estimator = WholeBodyEstimator(model, assumption)
+        self._body = body
+        self._bank = bank
+        self._motion = MatchedMotion(model.n)
+        self._joints = model.joints
+        self.contacts.assume(assumption)
+
+    def add_joints(self, q_rad: Vector, now_ns: int) -> None:
+        """A step's new joint states."""
+        self._motion.push(q_rad, now_ns * NS_TO_S)
+
+    def look(
+        self,
+        now_ns: int,
+        heard: tuple[bool, ...],
+        source: KinematicSource,
+        correction: Correction,
+        tasks: SensorTasks,
+    ) -> Look | None:
+        """One look, or None while the filters fill.
+
+        `heard` says of which sensors the joints around them are known.
+        """
+        self._bank.filter_readings()
+        base = source.filtered(now_ns)
+        if not self._motion.settled or (source.frame and base is None):
+            return None
+        q, dq, ddq = self._motion.motion(now_ns * NS_TO_S)
+        measured, ready = self._bank.filtered(now_ns)
+        usable = tuple([r and h for r, h in zip(ready, heard, strict=True)])
+        corrected = measured - correction.wrenches
+        estimate = self.estimator.estimate(q, dq, ddq, corrected, np.array(usable), base)
+        predicted = estimate.internal
+        self.health.add(measured - predicted, usable)
+        if tasks.is_sweeping:
+            tasks.add_pose(predicted, now_ns * NS_TO_S)
+        contacts = self.contacts.look(now_ns, estimate, self.estimator, usable)
+        return Look(
+            Contacts(stamp_ns=now_ns, contacts=contacts),
+            DynamicsSamples(
+                stamp_ns=now_ns,
+                joints=self._joints,
+                q_rad=_floats(q),
+                dq_rad_s=_floats(dq),
+                ddq_rad_s2=_floats(ddq),
+                delay_s=DELAY_S,
+                sensors=self._samples(measured, predicted, usable),
+            ),
+            estimate,
+        )
+
+    def _samples(
+        self, measured: Matrix, predicted: Matrix, usable: tuple[bool, ...]
+    ) -> tuple[SensorSample, ...]:
+        return tuple(
+            SensorSample(
+                name=sensor.name,
+                measured=_floats(measured[i]),
+                predicted=_floats(predicted[i]),
+                valid=usable[i],
+                touching=self.contacts.is_touched_beyond(i),
+            )
+            for i, sensor in enumerate(self._body.sensors)
+        )
+
+
+def _floats(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> Floats:
+    return tuple(values.tolist())

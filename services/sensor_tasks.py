@@ -1,0 +1,207 @@
+"""Work on FT sensors that takes time: finding offsets, and gain matrices from a pose sweep.
+
+Calibration runs on the unfiltered readings at their full rate and ends by itself; a sweep collects
+filtered readings until it is told to stop. Neither stops anything else: the old offset and gain
+hold until the new ones are complete, and sensors that are not named are not touched.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from dforc.arrays import Matrix, Vector
+from dforc.errors import DforcError
+from dforc.signals.identification import GainFit, identify_gain
+from dforc.signals.offsets import Calibrations
+from services.body import BodySensor
+from services.core.errors import ServiceError
+from services.sensor_bank import SensorBank
+
+SLOW_RAD_S = 0.35  # the accelerations of slower motion weigh less than a sensor's noise
+PATIENCE = 5000  # samples in a row that are of no use before a calibration is given up
+MOST_SAMPLES = 100_000
+MOST_SPREAD_N = 3.0  # of the samples: more than slow motion and noise can be
+MOST_SPREAD_NM = 0.3
+SWEEP_MOST = 20_000  # samples: more than three minutes
+FEWEST_DIRECTIONS = 4  # of six that a sweep has to excite
+
+
+class TaskRefusedError(ServiceError):
+    """The sensors cannot be worked on now; the text says why and what to do."""
+
+
+class SensorTasks:
+    """Calibrations and sweeps of one robot's sensors."""
+
+    def __init__(self, sensors: tuple[BodySensor, ...], bank: SensorBank) -> None:
+        self._bank = bank
+        self._names = tuple(sensor.name for sensor in sensors)
+        self._calibrations = Calibrations(self._names)
+        self._useless = dict.fromkeys(self._names, 0)
+        self._sweeps: dict[int, list[tuple[Vector, Vector]]] = {}
+        self.outcome = dict.fromkeys(self._names, "")  # of each sensor's last task
+
+    @property
+    def is_calibrating(self) -> bool:
+        """Whether the offset of some sensor is being looked for."""
+        return bool(self._calibrations.running)
+
+    @property
+    def is_sweeping(self) -> bool:
+        """Whether some sensor collects a pose sweep."""
+        return bool(self._sweeps)
+
+    def chosen(self, names: Sequence[str]) -> tuple[int, ...]:
+        """The sensors of that name; all where none is named.
+
+        Raises:
+            TaskRefusedError: there is no such sensor.
+        """
+        for name in names:
+            if name not in self._names:
+                known = ", ".join(self._names)
+                raise TaskRefusedError(f"no sensor {name!r} here; there is {known}")
+        return tuple(i for i, name in enumerate(self._names) if not names or name in names)
+
+    def calibrate(
+        self, names: Sequence[str], samples: int, is_touched: Callable[[int], bool]
+    ) -> None:
+        """Begin to look for offsets.
+
+        Raises:
+            TaskRefusedError: nothing was begun.
+        """
+        chosen = self.chosen(names)
+        if not 1 <= samples <= MOST_SAMPLES:
+            raise TaskRefusedError(f"samples must be 1..{MOST_SAMPLES}, not {samples}")
+        for i in chosen:
+            if self._bank.valid[i] and is_touched(i):
+                raise TaskRefusedError(
+                    f"{self._names[i]}: something touches the limb; free it, or, if nothing does, "
+                    f"reset the sensor first"
+                )
+        self._calibrations.start([self._names[i] for i in chosen], samples)
+        for i in chosen:
+            self._useless[self._names[i]] = 0
+            self.outcome[self._names[i]] = ""
+
+    def add_readings(
+        self,
+        internal: Matrix,
+        fastest_rad_s: float,
+        heard: tuple[bool, ...],
+        is_touched: Callable[[int], bool],
+    ) -> None:
+        """A step's new readings, with what the model says of them.
+
+        `heard` says of which sensors the joints around them are known.
+        """
+        for i, name in enumerate(self._names):
+            running = self._calibrations.progress(name)
+            if running is None:
+                continue
+            useful = self._bank.new[i] and heard[i] and fastest_rad_s <= SLOW_RAD_S
+            if self._bank.valid[i] and is_touched(i):
+                self._give_up(name, "something touches the limb")
+            elif useful:
+                self._useless[name] = 0
+                measured = self._bank.without_offset(i)
+                if self._calibrations.add(name, measured, internal[i]) is not None:
+                    self._finish(i, name, running.offset, running.spread)
+            else:
+                self._useless[name] += 1
+                if self._useless[name] >= PATIENCE:
+                    self._give_up(name, self._why_useless(i, heard[i], fastest_rad_s))
+
+    def sweep(self, names: Sequence[str]) -> None:
+        """Begin to collect poses, anew where that goes on already."""
+        for i in self.chosen(names):
+            self._sweeps[i] = []
+            self.outcome[self._names[i]] = ""
+
+    def add_pose(self, internal: Matrix, now_s: float) -> None:
+        """A filtered sample, with what the model says of it."""
+        for i, samples in self._sweeps.items():
+            channel = self._bank.channels[i]
+            if self._bank.is_heard(i) and channel.settled and len(samples) < SWEEP_MOST:
+                raw = np.linalg.solve(channel.matrix, channel.filtered(now_s) + channel.offset)
+                samples.append((raw, internal[i].copy()))
+
+    def solve(self, names: Sequence[str]) -> str:
+        """Gain and offset of the sensors from their sweeps, in use from now on; a summary.
+
+        Raises:
+            TaskRefusedError: no sweep, or one that shows too little; it goes on.
+        """
+        chosen = [i for i in self.chosen(names) if i in self._sweeps or names]
+        fits = [(i, self._fit(i)) for i in chosen]
+        if not fits:
+            raise TaskRefusedError("no sweep is under way; start one first")
+        for i, fit in fits:
+            del self._sweeps[i]
+            self._bank.set_gain(i, fit.matrix)
+            self._bank.set_offset(i, fit.offset)
+            self.outcome[self._names[i]] = _summary(fit)
+        return "; ".join(f"{self._names[i]}: {_summary(fit)}" for i, fit in fits)
+
+    def discard(self, names: Sequence[str]) -> None:
+        """Forget the sweeps."""
+        for i in self.chosen(names):
+            self._sweeps.pop(i, None)
+
+    def reset(self, names: Sequence[str]) -> None:
+        """Forget offset and gain, and end what is under way."""
+        for i in self.chosen(names):
+            self._calibrations.cancel(self._names[i])
+            self._sweeps.pop(i, None)
+            self._bank.forget(i)
+            self.outcome[self._names[i]] = ""
+
+    def progress(self, sensor: int) -> tuple[str, int, int]:
+        """Task of a sensor, and its samples: those taken, and those wanted (0 = open)."""
+        running = self._calibrations.progress(self._names[sensor])
+        if running is not None:
+            return "calibrating", running.count, running.wanted
+        if sensor in self._sweeps:
+            return "identifying", len(self._sweeps[sensor]), 0
+        return "", 0, 0
+
+    def _finish(self, sensor: int, name: str, offset: Vector, spread: Vector) -> None:
+        force, moment = float(spread[:3].max()), float(spread[3:].max())
+        if force > MOST_SPREAD_N or moment > MOST_SPREAD_NM:
+            self._give_up(name, f"readings differ by {force:.1f} N, {moment:.2f} Nm: touched?")
+        else:
+            self._bank.set_offset(sensor, offset)
+
+    def _why_useless(self, sensor: int, heard: bool, fastest_rad_s: float) -> str:
+        if not self._bank.is_heard(sensor):
+            return f"no good readings ({', '.join(self._bank.flags(sensor))})"
+        if not heard:
+            return "the joints around it are not known"
+        return f"a joint moves at {fastest_rad_s:.2f} rad/s, at most {SLOW_RAD_S} is slow enough"
+
+    def _give_up(self, name: str, reason: str) -> None:
+        self._calibrations.cancel(name)
+        self.outcome[name] = f"calibration given up: {reason}"
+
+    def _fit(self, sensor: int) -> GainFit:
+        name = self._names[sensor]
+        samples = self._sweeps.get(sensor)
+        if samples is None:
+            raise TaskRefusedError(f"{name}: no sweep is under way; start one first")
+        try:
+            raw = np.array([raw for raw, _ in samples]).reshape(-1, 6)
+            fit = identify_gain(raw, np.array([p for _, p in samples]).reshape(-1, 6))
+        except DforcError as error:
+            raise TaskRefusedError(f"{name}: {error}; move the limb on") from error
+        if fit.rank < FEWEST_DIRECTIONS:
+            raise TaskRefusedError(
+                f"{name}: the sweep shows {fit.rank} of 6 directions, {FEWEST_DIRECTIONS} are "
+                f"needed; move the limb through more postures"
+            )
+        return fit
+
+
+def _summary(fit: GainFit) -> str:
+    before, after = (float(np.linalg.norm(r[:3])) for r in (fit.residual_before, fit.residual))
+    return f"{fit.rank} of 6 directions, {before:.2f} N unexplained before, {after:.2f} N now"
