@@ -98,17 +98,30 @@ class SensorWatch:
             flags.append("missing")
         elif age_s > self._late_s:
             flags.append("late")
+        is_new = wrench is not None and (stamp_s is None or stamp_s > self._stamp_s)
         if wrench is not None:
             flags += self._of_values(wrench, saturated)
-            flags += self._of_order(wrench, frozen, stamp_s)
-        self.flags = tuple(flags)
+            if is_new:
+                reading = tuple(wrench)
+                self._equal = self._equal + 1 if reading == self._last else 0
+                self._last = reading
+            elif stamp_s is not None and stamp_s < self._stamp_s:
+                flags.append("reordered")
+            if frozen or self._equal >= FROZEN_READINGS - 1:
+                flags.append("frozen")
+        if is_new and stamp_s is not None:
+            self._stamp_s = stamp_s
+        self._conclude(tuple(flags), is_new=is_new)
+        return self.flags
+
+    def _conclude(self, flags: tuple[Flag, ...], *, is_new: bool) -> None:
+        self.flags = flags
         for flag in flags:
             self.counts[flag] = self.counts.get(flag, 0) + 1
         if flags:
             self._good = 0
-        elif wrench is not None:
+        elif is_new:
             self._good = min(self._good + 1, self._recovery)
-        return self.flags
 
     def _of_values(self, wrench: Sequence[float], saturated: bool) -> list[Flag]:
         flags: list[Flag] = []
@@ -121,16 +134,3 @@ class SensorWatch:
         ):
             flags.append("saturated")
         return flags
-
-    def _of_order(self, wrench: Sequence[float], frozen: bool, stamp_s: float | None) -> list[Flag]:
-        if stamp_s is not None:
-            if stamp_s < self._stamp_s:
-                return ["reordered"]
-            seen_before = stamp_s == self._stamp_s
-            self._stamp_s = stamp_s
-            if seen_before:
-                return ["frozen"] if frozen or self._equal >= FROZEN_READINGS - 1 else []
-        reading = tuple(wrench)
-        self._equal = self._equal + 1 if reading == self._last else 0
-        self._last = reading
-        return ["frozen"] if frozen or self._equal >= FROZEN_READINGS - 1 else []
