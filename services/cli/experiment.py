@@ -4,7 +4,6 @@ Each prints a table and what its numbers mean beside the paper's, and returns 0 
 holds. What needs a package or a recording that is not here says so, and how to get it.
 """
 
-from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
@@ -41,9 +40,9 @@ def force_table1(
         short: one plant and a few seconds of motion.
         json_file: write every value there.
     """
+    _check(runs, json_file)
     from services.experiments import force_table1 as experiment
 
-    _check_runs(runs)
     return experiment.force_table1(
         robot=robot, data=data, seed=seed, runs=runs, short=short, json=json_file
     )
@@ -70,6 +69,7 @@ def force_fig5(
         json_file: write every value there.
         plot: write the figure there.
     """
+    _check(1, json_file, plot)
     from services.experiments import force_fig5 as experiment
 
     return experiment.force_fig5(
@@ -77,24 +77,39 @@ def force_fig5(
     )
 
 
-def check_peer(module: str, package: str) -> None:
-    """Refuse an experiment that compares with a package that is not installed.
+def force_fig7(
+    *,
+    data: Data = None,
+    runs: int = 25,
+    short: bool = False,
+    json_file: Json = None,
+    plot: Path = Path("force-fig7.png"),
+) -> int:
+    """Figure 7: average error of incremental RFRR and KRR along the recording of a real arm.
 
-    Raises:
-        ConfigError: it is not here; the text says how to get it.
+    Beside them persistence, the model by itself, labels that come late, and frozen learners.
+
+    Example: ulna experiment force-fig7 --data icubdyn.tgz --runs 5
+
+    Args:
+        data: the recording icubdyn.tgz. Default: shared/data/icubdyn.tgz beside the checkout.
+        runs: seeds of the random features.
+        short: two runs, and 200 features only.
+        json_file: write every value there.
+        plot: write the figure there.
     """
-    try:
-        import_module(module)
-    except ImportError as error:
-        raise ConfigError(
-            f"this experiment compares with {package}, which is not installed; "
-            "./ulna setup peers installs it"
-        ) from error
+    _check(runs, json_file, plot)
+    from services.experiments import force_fig7 as experiment
+
+    return experiment.force_fig7(data=data, runs=runs, short=short, json=json_file, plot=plot)
 
 
-def _check_runs(runs: int) -> None:
+def _check(runs: int, *files: Path | None) -> None:
     if not 1 <= runs <= MOST_RUNS:
         raise ConfigError(f"--runs: {runs} is outside 1..{MOST_RUNS}")
+    for file in files:
+        if file is not None and not file.parent.is_dir():
+            raise ConfigError(f"cannot write {file}: there is no folder {file.parent}")
 
 
-VERBS = (force_table1, force_fig5)
+VERBS = (force_table1, force_fig5, force_fig7)

@@ -20,7 +20,7 @@ from dforc.arrays import Vector
 from services.config import load_robot
 from services.core.errors import ConfigError
 from services.experiments.free_recording import record
-from services.experiments.reporting import check_folders, tell_motion, working
+from services.experiments.reporting import tell_motion, working
 from services.experiments.rows import Row, at_least, publish, write
 from services.experiments.wrench_errors import (
     COMPONENTS,
@@ -51,7 +51,6 @@ def force_fig5(
         ConfigError: the robot has no sensor in that limb.
         ServiceError: the emulated robot did not carry the motion through.
     """
-    check_folders(json, plot)
     robot_file = load_robot(robot)
     known = limbs(robot_file)
     if limb not in known:

@@ -20,7 +20,7 @@ from services.experiments import icubdyn
 from services.experiments.free_recording import record
 from services.experiments.identified_arm import identified_nmse
 from services.experiments.paper_table1 import PAPER
-from services.experiments.reporting import Tell, check_folders, tell_motion, working
+from services.experiments.reporting import Tell, tell_motion, working
 from services.experiments.rows import Row, at_least, at_most, publish, write
 from services.experiments.wrench_errors import (
     COMPONENTS,
@@ -64,7 +64,6 @@ def force_table1(
         ConfigError: the robot has no force/torque sensor, or `data` is not the recording.
         ServiceError: the emulated robot did not carry the motion through.
     """
-    check_folders(json)
     recording = icubdyn.load(data) if data is not None or icubdyn.is_here() else None
     robot_file = load_robot(robot)
     if not limbs(robot_file):

@@ -1,13 +1,10 @@
-"""What the experiments have in common on the screen: progress, and files that can be written."""
+"""What the experiments have in common on the screen: a line of progress."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-from services.core.errors import ConfigError
 
 Tell = Callable[[str], None]
 
@@ -35,14 +32,3 @@ def working(console: Console, what: str) -> Iterator[Tell]:
 def tell_motion(tell: Tell, seed: int, at_s: float, what: str) -> None:
     """Say what the emulated robot of a seed is doing."""
     tell(f"plant {seed}: {what}; robot time {at_s:.0f} s")
-
-
-def check_folders(*files: Path | None) -> None:
-    """Refuse files that cannot be written, before anything takes time.
-
-    Raises:
-        ConfigError: a folder is not there.
-    """
-    for file in files:
-        if file is not None and not file.parent.is_dir():
-            raise ConfigError(f"cannot write {file}: there is no folder {file.parent}")

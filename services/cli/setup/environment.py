@@ -33,7 +33,7 @@ LOCKS = {
 }
 # Each lock contains the ones before it; the peers are put on top of a finished dev environment.
 CONTAINS = {"runtime": ("runtime",), "dev": ("runtime", "dev"), "peers": ("peers",)}
-SIZES = {"runtime": "0.4 GB", "dev": "0.4 GB", "peers": "0.2 GB"}
+SIZES = {"runtime": "0.4 GB", "dev": "0.4 GB", "peers": "50 MB"}
 # Compiling every module ahead would take longer than the few that are imported take on first use.
 INSTALL = ("install", "--require-hashes", "--no-compile", "--progress-bar", "off", "--retries", "2")
 
