@@ -5,6 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from dforc.arrays import Matrix, Vector
+from dforc.estimation.assumption import Assumption
+from dforc.estimation.estimator import WholeBodyEstimator
+from dforc.estimation.tree_model import TreeModel
 from dforc.robot_model import RobotModel
 from services.experiments.free_recording import FreeRecording
 from services.experiments.icubdyn import JOINTS, Recording, Samples
@@ -68,13 +71,13 @@ def limbs(robot: RobotFile) -> dict[str, str]:
 def of_emulation(robot: RobotFile, recording: FreeRecording) -> dict[str, Comparison]:
     """By limb, in full swing; each sensor's offset is what it read in excess while it rested."""
     sensors = limbs(robot)
-    model = RobotModel(
+    frames = {sensor: robot.sensors[sensor].frame for sensor in sensors.values()}
+    predicted = _predicted(
         str(model_path(robot)),
         recording.joints,
-        robot.reach.tip_frame,
-        {sensor: robot.sensors[sensor].frame for sensor in sensors.values()},
+        frames,
+        (recording.q_rad, recording.dq_rad_s, recording.ddq_rad_s2),
     )
-    predicted = _predicted(model, recording.q_rad, recording.dq_rad_s, recording.ddq_rad_s2)
     compared = {}
     for limb, sensor in sensors.items():
         measured = recording.wrenches[sensor]
@@ -93,8 +96,8 @@ def of_recording(recording: Recording, urdf: str) -> Comparison:
     other assignment of axes and signs fits at least 40 times worse. The offset is constant, from
     the training rows; joints that were not recorded are taken to be at zero, the torso upright.
     """
-    model = recorded_arm(urdf)
-    train, test = (_of_samples(model, rows) for rows in (recording.train, recording.test))
+    path = str(urdf_path(urdf))
+    train, test = (_of_samples(path, rows) for rows in (recording.train, recording.test))
     offset = (recording.train.wrenches - train).mean(axis=0)
     return Comparison(measured=recording.test.wrenches - offset, predicted=test)
 
@@ -105,11 +108,21 @@ def recorded_arm(urdf: str) -> RobotModel:
     return RobotModel(str(urdf_path(urdf)), JOINTS, RECORDED_FRAME, frames)
 
 
-def _of_samples(model: RobotModel, rows: Samples) -> Matrix:
-    return _predicted(model, rows.q_rad, rows.dq_rad_s, rows.ddq_rad_s2)[RECORDED_FRAME]
+def _of_samples(urdf_file: str, rows: Samples) -> Matrix:
+    motion = (rows.q_rad, rows.dq_rad_s, rows.ddq_rad_s2)
+    frames = {RECORDED_FRAME: RECORDED_FRAME}
+    return _predicted(urdf_file, JOINTS, frames, motion)[RECORDED_FRAME]
 
 
-def _predicted(model: RobotModel, q: Matrix, dq: Matrix, ddq: Matrix) -> dict[str, Matrix]:
+def _predicted(
+    urdf_file: str,
+    joints: tuple[str, ...],
+    frames: dict[str, str],
+    motion: tuple[Matrix, Matrix, Matrix],
+) -> dict[str, Matrix]:
     """What every sensor would read if nothing touched the robot, (rows, 6)."""
-    rows = [model.inverse_dynamics(*row)[1] for row in zip(q, dq, ddq, strict=True)]
-    return {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ())}
+    model = TreeModel.from_urdf(urdf_file, joints, frames)
+    estimator = WholeBodyEstimator(model, Assumption())
+    copies = [part.copy() for part in motion]  # read-only rows would take the long way round
+    rows = np.array([estimator.predict(*row) for row in zip(*copies, strict=True)])
+    return {sensor: rows[:, i] for i, sensor in enumerate(model.sensors)}
