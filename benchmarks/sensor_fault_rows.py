@@ -115,7 +115,7 @@ def fault_tally(faulty: int, seed: int) -> Tally:
             tally.believed += watch.valid
             since_fault = 1
         if tick.wrench is not None:
-            _feed(tally, open_channel, offset, tick.wrench, at_s)
+            _feed(open_channel, offset, tick.wrench, at_s)
             if watch.valid:
                 channel.push(tick.wrench, at_s)
         if tally.faulty % LOOK_EVERY == 0:
@@ -138,11 +138,7 @@ def _judge_good(tally: Tally, flags: Sequence[Flag], valid: bool, since_fault: i
 
 
 def _feed(
-    tally: Tally,
-    channel: FtChannel,
-    offset: OffsetCalibration,
-    wrench: tuple[float, ...],
-    at_s: float,
+    channel: FtChannel, offset: OffsetCalibration, wrench: tuple[float, ...], at_s: float
 ) -> None:
     """Nothing was watched: the state itself must refuse."""
     try:

@@ -25,12 +25,17 @@ import numpy as np
 
 from dforc.arrays import ArrayLike, Vector, finite_vector
 from dforc.errors import DforcError, NotFiniteError
-from dforc.signals.differentiation import FASTEST_RAD_S, JointMotion
+from dforc.signals.differentiation import (
+    FASTEST_RAD_S,
+    JUMP_RAD,
+    JUMP_RAD_S,
+    PATIENCE,
+    JointMotion,
+)
 from dforc.signals.history import History
 
 DELAY_S = 0.08
 GAP_S = 0.1  # a longer silence starts anew
-JUMP_RAD = 0.01
 MOST_SAMPLES = 1024  # of 0.16 s: 6 kHz
 
 # Coefficients of g = (1 - u^2)^3 * 35/32 in u, lowest power first, and of its antiderivatives.
@@ -128,16 +133,18 @@ class MatchedFilter:
 class MatchedMotion(MatchedFilter):
     """Angles of n joints through the matched filter, with velocity and acceleration of the result.
 
-    A joint that jumps by more than motion can is moved back onto its path: its history is shifted,
-    the jump enters neither velocity nor acceleration, and `jumped` (n,) tells so for that sample.
+    A joint that leaves its path by more than motion can is flagged in `jumped` (n,) for that one
+    sample, and its history is moved along, so the jump enters neither velocity nor acceleration.
+    One that jumps again and again is taken to stand still.
     """
 
-    __slots__ = ("jumped", "n")
+    __slots__ = ("_restless", "jumped", "n")
 
     def __init__(self, n: int, *, delay_s: float = DELAY_S) -> None:
         super().__init__(n, delay_s=delay_s)
         self.n = n
         self.jumped = np.zeros(n, dtype=np.bool_)
+        self._restless = np.zeros(n, dtype=np.int64)
 
     def motion(self, at_s: float) -> JointMotion:
         """Motion at `at_s` - delay_s.
@@ -151,13 +158,20 @@ class MatchedMotion(MatchedFilter):
         return JointMotion(self.value(at_s), dq, ddq)
 
     def _append(self, sample: Vector, at_s: float) -> None:
-        history = self._history
-        if len(history):
-            excess = sample - history.values[-1]
-            bound_rad = JUMP_RAD + FASTEST_RAD_S * max(at_s - float(history.at_s[-1]), 0.0)
+        values, instants = self._history.values, self._history.at_s
+        self.jumped = np.zeros(self.n, dtype=np.bool_)
+        if len(values) and at_s > instants[-1]:
+            step_s = float(at_s - instants[-1])
+            moved, bound_rad = np.zeros(self.n), JUMP_RAD + FASTEST_RAD_S * step_s
+            if len(values) > 1:
+                moved = (values[-1] - values[-2]) * (step_s / float(instants[-1] - instants[-2]))
+                bound_rad = JUMP_RAD + JUMP_RAD_S * step_s
+            moved[self._restless >= PATIENCE] = 0.0
+            excess = sample - values[-1] - moved
             self.jumped = np.abs(excess) > bound_rad
+            self._restless = np.where(self.jumped, self._restless + 1, 0)
             if self.jumped.any():
-                history.values[:, self.jumped] += excess[self.jumped]
+                values[:, self.jumped] += excess[self.jumped]
         super()._append(sample, at_s)
 
 

@@ -15,9 +15,9 @@ joint climbs stairs it is more, so each filter's R is estimated from its own inn
 likelihood is concentrated over R).
 
 Tuning: the bandwidths span all that an arm does between breathing and a collision (0.5 to 17 Hz) in
-steps of 1.8, at which neighbours differ by less than a third in noise; nothing else sets the lag.
-The memory of the evidence, 0.5 s, trades rest noise (twice at 0.25 s) against the time that the
-bank needs to calm down after a move. None of these was fitted to a signal.
+steps of 1.8, between which the weights interpolate; nothing else sets the lag. The memory of the
+evidence, 0.5 s, trades noise at rest (of the acceleration: 3.7 times at 0.2 s) against the time
+that the bank needs to calm down after a move. None of these was fitted to one kind of motion.
 
 Covariances do not depend on the data, so all joints share them; instants may be irregular. Samples
 that come sooner than 2.5 ms after the last one are answered by prediction.

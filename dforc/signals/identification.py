@@ -9,7 +9,8 @@ excites six directions very unequally, the gain is drawn towards the identity:
 
 In a direction of the readings whose spread over the sweep is s noises, the data count s^2 and the
 identity ridge^2: below s = ridge the sensor's maker is believed, far above it the sweep. Each
-direction is reported with that share, so what the sweep could not see is not silently invented.
+direction is reported with that share, so what the sweep could not see is not silently invented; a
+spread that noise alone could show counts as none.
 
 The model's error goes into the result as it is: a link that is 3 % too heavy in the model makes the
 gain 3 % too large. `residual` shows how much of the sweep model and gain together do not explain.
@@ -27,6 +28,7 @@ from dforc.errors import DforcError, ShapeError
 NOISE = (0.05, 0.05, 0.05, 0.002, 0.002, 0.002)  # of a strain board's sample
 RIDGE = 0.5  # iCub's arm, swept alone, spreads 6 noises in its weakest direction, its leg 50
 FEWEST_SAMPLES = 50
+CHANCE = 3.0  # half again of what noise alone shows
 UNSEEN_SHARE = 0.9  # less than this from the data: the direction was not observed
 
 
@@ -94,7 +96,10 @@ def identify_gain(
     m_mean, p_mean = m.mean(axis=0), p.mean(axis=0)
     M, P = (m - m_mean) / scale, (p - p_mean) / scale
     variance, V = np.linalg.eigh(M.T @ M / count)
-    variance, V = np.maximum(variance[::-1] - 1.0, 0.0), V[:, ::-1]  # noise has variance 1
+    variance, V = variance[::-1], V[:, ::-1]
+    # Noise alone has variance 1, and its largest of six about 1 + 2 sqrt(6 / K).
+    by_chance = variance <= 1.0 + CHANCE * np.sqrt(6.0 / count)
+    variance = np.where(by_chance, 0.0, variance - 1.0)
     weight = variance + ridge * ridge
     # Along each direction: least squares where it was seen, the identity where it was not.
     wanted = ((P - M).T @ M / count + np.eye(6)) @ V
