@@ -19,6 +19,7 @@ from rich.console import Console
 from dforc.arrays import Vector
 from services.config import load_robot
 from services.core.errors import ConfigError
+from services.experiments.free_motion import PERIOD_S
 from services.experiments.free_recording import record
 from services.experiments.reporting import tell_motion, working
 from services.experiments.rows import Row, at_least, publish, write
@@ -28,7 +29,7 @@ from services.experiments.wrench_errors import (
     WHOLE_ROBOT,
     Comparison,
     limbs,
-    of_emulation,
+    of_samples,
 )
 
 SECONDS, SHORT_SECONDS = 20.0, 6.0
@@ -58,11 +59,9 @@ def force_fig5(
     console = Console()
     with working(console, "contact-free motion of the emulated robot") as tell:
         seconds = SHORT_SECONDS if short else SECONDS
-        recording = record(robot_file, seed, seconds, partial(tell_motion, tell, seed))
-        tell("predicting the wrenches")
-        compared = of_emulation(robot_file, recording)[limb]
-    at_s = recording.at_s[recording.moving]
-    draw(compared, at_s - at_s[0], limb, plot)
+        samples = record(robot_file, seed, seconds, partial(tell_motion, tell, seed))
+    compared = of_samples(samples, known[limb])
+    draw(compared, limb, plot)
     rows = _rows(compared)
     if json is not None:
         write(rows, json)
@@ -73,8 +72,9 @@ def force_fig5(
     return status
 
 
-def draw(compared: Comparison, at_s: Vector, limb: str, path: Path) -> None:
+def draw(compared: Comparison, limb: str, path: Path) -> None:
     """Write the figure as PNG, or what the file's ending asks for."""
+    at_s: Vector = np.arange(len(compared.measured), dtype=np.float64) * PERIOD_S
     figure, axes = plt.subplots(3, 2, figsize=(13, 8), sharex=True, layout="constrained")
     for i, (component, unit) in enumerate(zip(COMPONENTS, UNITS, strict=True)):
         column, row = divmod(i, PANELS_OF_FORCE)

@@ -28,8 +28,8 @@ from services.experiments.wrench_errors import (
     WHOLE_ROBOT,
     Comparison,
     limbs,
-    of_emulation,
     of_recording,
+    of_samples,
 )
 from services.robot_tables import RobotFile
 
@@ -74,7 +74,7 @@ def force_table1(
         seconds = SHORT_SECONDS if short else SECONDS
         errors = emulated(robot_file, seeds, seconds, tell)
         rows = [row for each in errors for row in _rows(each)]
-        rows += [_beside_paper(each) for each in errors]
+        rows += [row for each in errors for row in _beside_paper(each)]
         if recording is not None:
             tell("predicting the recording")
             real = Errors("right_arm", "recorded", of_recording(recording, RIGHT))
@@ -93,11 +93,11 @@ def force_table1(
 
 def emulated(robot: RobotFile, seeds: range, seconds: float, tell: Tell) -> list[Errors]:
     """By limb; the runs of all seeds, each with a plant of its own, follow one another."""
+    sensors = limbs(robot)
     runs = []
     for seed in seeds:
-        recording = record(robot, seed, seconds, partial(tell_motion, tell, seed))
-        tell("predicting the wrenches")
-        runs.append(of_emulation(robot, recording))
+        samples = record(robot, seed, seconds, partial(tell_motion, tell, seed))
+        runs.append({limb: of_samples(samples, sensor) for limb, sensor in sensors.items()})
     return [
         Errors(
             limb,
@@ -105,9 +105,10 @@ def emulated(robot: RobotFile, seeds: range, seconds: float, tell: Tell) -> list
             Comparison(
                 measured=np.vstack([run[limb].measured for run in runs]),
                 predicted=np.vstack([run[limb].predicted for run in runs]),
+                touched=sum(run[limb].touched for run in runs),
             ),
         )
-        for limb in limbs(robot)
+        for limb in sensors
     ]
 
 
@@ -160,7 +161,10 @@ def _rows(errors: Errors) -> list[Row]:
     """Everything in the table, and what the errors compare with."""
     compared, paper = errors.compared, PAPER[errors.limb]
     source = f"{errors.limb}, {errors.source}"
-    rows = [Row(f"{source}: nMSE", compared.nmse)]
+    rows = [
+        Row(f"{source}: nMSE", compared.nmse),
+        Row(f"{source}: rows", len(compared.measured)),
+    ]
     for i, (component, unit) in enumerate(zip(COMPONENTS, UNITS, strict=True)):
         name = f"{source}: {component}"
         measured = float(compared.measured[:, i].std())
@@ -174,9 +178,13 @@ def _rows(errors: Errors) -> list[Row]:
     return rows
 
 
-def _beside_paper(errors: Errors) -> Row:
-    ratio = float((errors.compared.std / PAPER[errors.limb].std).max())
-    return at_most(f"{errors.limb}, emulated: largest std, of the paper's", ratio, "times", 1.0)
+def _beside_paper(errors: Errors) -> list[Row]:
+    compared, name = errors.compared, f"{errors.limb}, emulated"
+    ratio = float((compared.std / PAPER[errors.limb].std).max())
+    return [
+        at_most(f"{name}: largest std, of the paper's", ratio, "times", 1.0),
+        at_most(f"{name}: contacts found where there are none", compared.touched, "rows", 0),
+    ]
 
 
 def _recorded(right: Comparison, recording: icubdyn.Recording) -> list[Row]:

@@ -1,30 +1,34 @@
 """Every limb of the emulated robot swings without touching anything, and is recorded.
 
 A guest of services.simulation: it asks the HAL to calibrate, moves to the middle of the swings,
-lets the force/torque sensors rest there, and then commands every joint of the body along a sine of
-its own, in position-direct mode. All of it goes over the boards' CAN frames. Encoders and
-force/torque sensors then pass one and the same filter (dforc/signals/delay_match.py): a delay
-between the two would be read as a force.
+has the dynamics service find the offsets of the force/torque sensors there, and then commands every
+joint of the body along a sine of its own, in position-direct mode. All of it goes over the boards'
+CAN frames. What is kept is what the dynamics service publishes: readings and predictions of one
+instant, both through one filter.
 """
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
-from dforc.arrays import Vector
-from dforc.signals.delay_match import DELAY_S, MatchedFilter, MatchedMotion
-from dforc.signals.differentiation import JointMotion
+from dforc.signals.delay_match import DELAY_S
 from services.core.errors import ServiceError
 from services.core.service import Period
-from services.messages import JointCommand
+from services.dynamics_messages import DynamicsSamples
+from services.messages import FtRequest, JointCommand
 from services.robot_tables import RobotFile
-from services.script import AbandonedError, Script, ScriptedService
-from services.streams import JOINT_COMMAND, JOINT_STATE, ROBOT_CALL, ROBOT_STATUS, WRENCH
+from services.script import TASK_TIMEOUT_S, AbandonedError, Script, ScriptedService
+from services.streams import (
+    DYNAMICS_SAMPLES,
+    DYNAMICS_STATUS,
+    FT_CALL,
+    JOINT_COMMAND,
+    ROBOT_CALL,
+    ROBOT_STATUS,
+)
 from services.wiring import joint_limits_deg
 
 PERIOD_S = 0.01
 S_PER_NS = 1e-9
-REST_S = 1.5
 SETTLE_S = 1.5
 MOVE_S = 4.0
 OPEN_TIMEOUT_S, CALIBRATION_TIMEOUT_S = 20.0, 60.0
@@ -84,20 +88,12 @@ class Swing:
         return self.middle_rad + self.amplitude_rad * eased(at_s) * wave
 
 
-class Row(NamedTuple):
-    """What all belongs to one instant, filtered alike."""
-
-    at_s: float
-    phase: str  # rest | ease | swing
-    motion: JointMotion
-    wrenches: tuple[Vector, ...]  # (6,) per sensor: force, moment
-
-
 class FreeMotion(ScriptedService):
-    """Runs the motion once; `rows` is what was heard, 100 a second."""
+    """Runs the motion once; `samples` is what was heard in full swing, 100 a second."""
 
     trigger = Period(PERIOD_S)
-    calls = (ROBOT_CALL,)
+    reads = (ROBOT_STATUS, DYNAMICS_STATUS, DYNAMICS_SAMPLES)
+    calls = (ROBOT_CALL, FT_CALL)
 
     def __init__(self, robot: RobotFile, seconds: float) -> None:
         """`seconds` of full swing, after the easing in."""
@@ -112,37 +108,16 @@ class FreeMotion(ScriptedService):
             part: [swing_of(robot, joint) for joint in joints]
             for part, joints in self._parts.items()
         }
-        self.reads = (
-            ROBOT_STATUS,
-            *(JOINT_STATE[part] for part in self._parts),
-            *(WRENCH[sensor] for sensor in robot.sensors),
-        )
         self.writes = tuple(JOINT_COMMAND[part] for part in self._parts)
-        self.joints = tuple(joint for joints in self._parts.values() for joint in joints)
-        self.sensors = tuple(robot.sensors)
-        self.rows: list[Row] = []
+        self.samples: list[DynamicsSamples] = []
         self.failure = ""
-        self._phase = ""
-        self._motion = MatchedMotion(len(self.joints))
-        self._wrenches = [MatchedFilter(6) for _ in self.sensors]
-        super().__init__(self.joints)
+        self._in_full_swing = False
+        super().__init__(tuple(joint for joints in self._parts.values() for joint in joints))
 
     def observe(self) -> None:
-        """Filter what has arrived, and keep it from the rest on."""
-        if not self._phase:
-            return
-        every_part = [self.inputs.all_new(JOINT_STATE[part]) for part in self._parts]
-        for states in zip(*every_part, strict=True):
-            q_rad = [angle for state in states for angle in state.q_rad]
-            self._motion.push(q_rad, states[0].stamp_ns * S_PER_NS)
-        for sensor, matched in zip(self.sensors, self._wrenches, strict=True):
-            for wrench in self.inputs.all_new(WRENCH[sensor]):
-                reading = (*wrench.force_n, *wrench.torque_nm)
-                matched.push(reading, wrench.arrival_ns * S_PER_NS)
-        if self._motion.settled and all(matched.settled for matched in self._wrenches):
-            at_s = self.now_ns * S_PER_NS
-            wrenches = tuple(matched.value(at_s) for matched in self._wrenches)
-            self.rows.append(Row(at_s, self._phase, self._motion.motion(at_s), wrenches))
+        """Keep what has arrived."""
+        if self._in_full_swing:
+            self.samples += self.inputs.all_new(DYNAMICS_SAMPLES)
 
     def script(self) -> Script:
         """The whole experiment."""
@@ -159,17 +134,21 @@ class FreeMotion(ScriptedService):
         middle = tuple(one.middle_rad for swings in self._swings.values() for one in swings)
         yield from self.ask("moving to the middle", "move", q_rad=middle, duration_s=MOVE_S)
         yield from self._wait("settling", SETTLE_S)
-        self._phase = "rest"
-        yield from self._wait("resting, for the offsets of the sensors", REST_S)
-        self._phase = "ease"
+        self.say("removing the offsets of the force/torque sensors")
+        yield from self.answered(self.outputs.call(FT_CALL, FtRequest()), "zero_ft")
+        yield from self.until(self._knows_offsets, TASK_TIMEOUT_S, "FT offsets known")
         yield from self.ask("position-direct mode", "mode", value="direct")
         yield from self._swing()
+
+    def _knows_offsets(self) -> bool:
+        status = self.inputs.latest(DYNAMICS_STATUS)
+        return status is not None and status.state == "running"
 
     def _swing(self) -> Script:
         self.say("swinging")
         start_ns = self.now_ns
         while (at_s := (self.now_ns - start_ns) * S_PER_NS) < EASE_S + self._seconds:
-            self._phase = "ease" if at_s < EASE_S + DELAY_S else "swing"
+            self._in_full_swing = at_s >= EASE_S + DELAY_S
             for part, swings in self._swings.items():
                 q_rad = tuple(swing.at(at_s) for swing in swings)
                 command = JointCommand(stamp_ns=self.now_ns, mode="direct", q_rad=q_rad)

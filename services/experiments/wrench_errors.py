@@ -1,5 +1,6 @@
 """Measured minus predicted force/torque wrenches of one motion, as in the paper's Table 1."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +10,10 @@ from dforc.estimation.assumption import Assumption
 from dforc.estimation.estimator import WholeBodyEstimator
 from dforc.estimation.tree_model import TreeModel
 from dforc.robot_model import RobotModel
-from services.experiments.free_recording import FreeRecording
+from services.core.errors import ServiceError
+from services.dynamics_messages import DynamicsSamples
 from services.experiments.icubdyn import JOINTS, Recording, Samples
-from services.model_file import model_path, urdf_path
+from services.model_file import urdf_path
 from services.robot_tables import RobotFile
 
 WHOLE_ROBOT = "icub"
@@ -26,6 +28,7 @@ class Comparison:
 
     measured: Matrix
     predicted: Matrix
+    touched: int = 0  # rows in which the contact detector found a touch
 
     @property
     def errors(self) -> Matrix:
@@ -68,25 +71,20 @@ def limbs(robot: RobotFile) -> dict[str, str]:
     }
 
 
-def of_emulation(robot: RobotFile, recording: FreeRecording) -> dict[str, Comparison]:
-    """By limb, in full swing; each sensor's offset is what it read in excess while it rested."""
-    sensors = limbs(robot)
-    frames = {sensor: robot.sensors[sensor].frame for sensor in sensors.values()}
-    predicted = _predicted(
-        str(model_path(robot)),
-        recording.joints,
-        frames,
-        (recording.q_rad, recording.dq_rad_s, recording.ddq_rad_s2),
+def of_samples(samples: Sequence[DynamicsSamples], sensor: str) -> Comparison:
+    """One sensor, as the dynamics service tells it; the offset is the one that it found at rest.
+
+    Raises:
+        ServiceError: the sensor was never told of, or never valid.
+    """
+    told = [one for sample in samples for one in sample.sensors if one.name == sensor and one.valid]
+    if not told:
+        raise ServiceError(f"the dynamics service tells nothing of {sensor}")
+    return Comparison(
+        measured=np.array([one.measured for one in told]),
+        predicted=np.array([one.predicted for one in told]),
+        touched=sum(one.touching for one in told),
     )
-    compared = {}
-    for limb, sensor in sensors.items():
-        measured = recording.wrenches[sensor]
-        offset = (measured - predicted[sensor])[recording.resting].mean(axis=0)
-        compared[limb] = Comparison(
-            measured=measured[recording.moving] - offset,
-            predicted=predicted[sensor][recording.moving],
-        )
-    return compared
 
 
 def of_recording(recording: Recording, urdf: str) -> Comparison:

@@ -48,10 +48,9 @@ def test_a_swing_begins_at_its_middle_and_at_rest() -> None:
 
 
 def test_draws_six_panels(tmp_path: Path) -> None:
-    at_s = np.linspace(0.0, 1.0, 50)
-    wave = np.sin(at_s)[:, None] * np.arange(1.0, 7.0)
+    wave = np.sin(np.linspace(0.0, 1.0, 50))[:, None] * np.arange(1.0, 7.0)
     path = tmp_path / "figure.png"
-    draw(Comparison(wave, 0.9 * wave), at_s, "left_arm", path)
+    draw(Comparison(wave, 0.9 * wave), "left_arm", path)
     assert path.read_bytes().startswith(PNG)
 
 
