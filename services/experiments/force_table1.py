@@ -17,6 +17,7 @@ from rich.table import Table
 from services.config import load_robot
 from services.core.errors import ConfigError
 from services.experiments import icubdyn
+from services.experiments.arm_learning import ArmTask, load_task
 from services.experiments.free_recording import record
 from services.experiments.identified_arm import identified_nmse
 from services.experiments.paper_table1 import PAPER
@@ -79,7 +80,7 @@ def force_table1(
             tell("predicting the recording")
             real = Errors("right_arm", "recorded", of_recording(recording, RIGHT))
             errors.append(real)
-            rows += [*_rows(real), *_recorded(real.compared, recording)]
+            rows += [*_rows(real), *_recorded(real.compared, recording, load_task(data))]
     console.print(table(errors))
     for line in interpretation(errors):
         console.print(line, soft_wrap=True)
@@ -187,14 +188,14 @@ def _beside_paper(errors: Errors) -> list[Row]:
     ]
 
 
-def _recorded(right: Comparison, recording: icubdyn.Recording) -> list[Row]:
+def _recorded(right: Comparison, recording: icubdyn.Recording, task: ArmTask) -> list[Row]:
     """The bars of the recording: CAD, another generation's CAD, identified parameters."""
     rows = [
         at_most(f"right_arm, recorded: {component}, std", float(right.std[i]), UNITS[i], BARS[i])
         for i, component in enumerate(COMPONENTS)
     ]
     wrong = of_recording(recording, WRONG)
-    once, online = identified_nmse(recording, RIGHT)
+    once, online = identified_nmse(task)
     return [
         *rows,
         Row(f"right_arm, recorded: nMSE of {WRONG}", wrong.nmse),

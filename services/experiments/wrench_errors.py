@@ -9,7 +9,6 @@ from dforc.arrays import Matrix, Vector
 from dforc.estimation.assumption import Assumption
 from dforc.estimation.estimator import WholeBodyEstimator
 from dforc.estimation.tree_model import TreeModel
-from dforc.robot_model import RobotModel
 from services.core.errors import ServiceError
 from services.dynamics_messages import DynamicsSamples
 from services.experiments.icubdyn import JOINTS, Recording, Samples
@@ -98,12 +97,6 @@ def of_recording(recording: Recording, urdf: str) -> Comparison:
     train, test = (_of_samples(path, rows) for rows in (recording.train, recording.test))
     offset = (recording.train.wrenches - train).mean(axis=0)
     return Comparison(measured=recording.test.wrenches - offset, predicted=test)
-
-
-def recorded_arm(urdf: str) -> RobotModel:
-    """The joints that were recorded, and their sensor RECORDED_FRAME."""
-    frames = {RECORDED_FRAME: RECORDED_FRAME}
-    return RobotModel(str(urdf_path(urdf)), JOINTS, RECORDED_FRAME, frames)
 
 
 def _of_samples(urdf_file: str, rows: Samples) -> Matrix:

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from services.config import load_robot
 from services.experiments import icubdyn
+from services.experiments.arm_learning import load_task
 from services.experiments.force_table1 import (
     BARS,
     Errors,
@@ -60,8 +61,8 @@ def test_no_other_assignment_of_axes_fits(by_drawing: Comparison) -> None:
 
 
 @here
-def test_identified_parameters_are_better_than_the_drawing(recording: Recording) -> None:
-    once, online = identified_nmse(recording, "iCubLisboa01")
+def test_identified_parameters_are_better_than_the_drawing() -> None:
+    once, online = identified_nmse(load_task())
     assert once <= 0.0170
     assert online <= once
 
