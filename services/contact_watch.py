@@ -14,12 +14,14 @@ from dforc.arrays import Vector
 from dforc.contacts.detection import ContactDetector
 from dforc.contacts.location import Location, locate
 from dforc.contacts.shapes import LinkShapes
+from dforc.contacts.skin import SkinContact
 from dforc.estimation.assumption import Assumption, Contact
 from dforc.estimation.estimate import BodyEstimate
 from dforc.estimation.estimator import WholeBodyEstimator
 from services.body import Body
 from services.dynamics_messages import ContactEstimate
 from services.messages import Vector3
+from services.skin_watch import SkinWatch
 
 ON_N, OFF_N = 4.0, 2.5  # of a contact that no sensor stands above
 LOCATE_EVERY = 5  # looks; a location costs as much as twenty estimates
@@ -37,16 +39,18 @@ class _Watched:
     detector: ContactDetector
     shapes: LinkShapes | None  # of the links beyond that sensor
     since_ns: int = 0
+    touching: bool = False  # by force or by skin
     found: Location | None = None
-    by_skin: str = ""
+    skin: SkinContact | None = None
 
 
 class ContactWatch:
     """Follows the contacts of one assumption; `look` once per filtered estimate."""
 
-    def __init__(self, body: Body, shapes: LinkShapes | None) -> None:
+    def __init__(self, body: Body, shapes: LinkShapes, skin: SkinWatch) -> None:
         self._body = body
         self._shapes = shapes
+        self._skin = skin
         self._watched: list[_Watched] = []
         self._looks = 0
 
@@ -56,7 +60,7 @@ class ContactWatch:
 
     def is_touched(self, sensor: int) -> bool:
         """Whether something touches the limb between a sensor and the next ones."""
-        return any(w.detector.touching for w in self._watched if w.sensor == sensor)
+        return any(w.touching for w in self._watched if w.sensor == sensor)
 
     def of_sensor(self, sensor: int) -> tuple[int, ...]:
         """Which contacts of the assumption a sensor feels first."""
@@ -66,7 +70,7 @@ class ContactWatch:
         """Whether something touches anything beyond a sensor."""
         frame = self._body.sensors[sensor].frame
         return any(
-            w.detector.touching and frame in self._body.tree.joints_above(w.contact.frame)
+            w.touching and frame in self._body.tree.joints_above(w.contact.frame)
             for w in self._watched
         )
 
@@ -101,53 +105,58 @@ class ContactWatch:
         estimator: WholeBodyEstimator,
         usable: tuple[bool, ...],
     ) -> ContactEstimate:
-        was_touching = watched.detector.touching
         felt = watched.sensor < 0 or usable[watched.sensor]
         force_n = math.hypot(*wrench[:3].tolist())
         if felt:
             watched.detector.update(force_n)
         else:
             watched.detector.reset()
-        touching = watched.detector.touching
-        if touching != was_touching:
+        watched.skin = self._skin.pressed(watched.sensor)
+        touching = watched.detector.touching or watched.skin is not None
+        if touching != watched.touching:
+            watched.touching = touching
             watched.since_ns = now_ns
             watched.found = None
-        if touching and (self._looks % LOCATE_EVERY == 0 or watched.found is None):
+        if watched.detector.touching and (self._looks % LOCATE_EVERY == 0 or watched.found is None):
             self._locate(watched, wrench, point, estimator)
-        return self._estimate(watched, wrench, point)
+        return self._estimate(watched, wrench, point, estimator)
 
     def _locate(
         self, watched: _Watched, wrench: Vector, point: Vector, estimator: WholeBodyEstimator
     ) -> None:
         """Look for the link; a place that is sure holds until the contact ends or moves."""
-        if watched.shapes is None or watched.sensor < 0 or watched.contact.kind != "wrench":
+        if watched.shapes is None or watched.contact.kind != "wrench":
             return
-        if float(np.linalg.norm(wrench[:3])) < SIGNIFICANT_N:
+        if math.hypot(*wrench[:3].tolist()) < SIGNIFICANT_N:
             return
         _, origin = estimator.frame_pose(self._body.sensors[watched.sensor].frame)
         moment = wrench[3:] + np.cross(point - origin, wrench[:3])
         posed = watched.shapes.posed_by(estimator.frame_pose)
-        watched.found = locate(wrench[:3], moment, origin, posed)
+        found = locate(wrench[:3], moment, origin, posed)
+        if _is_sure(found) or watched.found is None or not _is_sure(watched.found):
+            watched.found = found
 
-    def _estimate(self, watched: _Watched, wrench: Vector, point: Vector) -> ContactEstimate:
-        location, link = "assumed", watched.link
-        moment = wrench[3:]
+    def _estimate(
+        self, watched: _Watched, wrench: Vector, point: Vector, estimator: WholeBodyEstimator
+    ) -> ContactEstimate:
+        location, link, place = "assumed", watched.link, point
         found = watched.found
-        if watched.by_skin:
-            location, link = "skin", watched.by_skin
-        elif found is not None and found.certainty == "sure":
-            location, link = "shape", found.link
-            moment = moment + np.cross(point - found.point_m, wrench[:3])
-            point = found.point_m
+        if watched.skin is not None:
+            turn, origin = estimator.frame_pose(watched.skin.link)
+            location, link = "skin", watched.skin.link
+            place = origin + turn @ np.array(watched.skin.point_m)
+        elif found is not None and _is_sure(found):
+            location, link, place = "shape", found.link, found.point_m
         elif found is not None:
             location = "unsure"
+        moment = wrench[3:] + np.cross(point - place, wrench[:3])
         return ContactEstimate(
             limb=watched.limb,
             link=link,
-            point_m=_vector3(point),
+            point_m=_vector3(place),
             force_n=_vector3(wrench[:3]),
             moment_nm=_vector3(moment),
-            touching=watched.detector.touching,
+            touching=watched.touching,
             location=location,
             sensor=self._body.sensors[watched.sensor].name if watched.sensor >= 0 else "",
             since_ns=watched.since_ns,
@@ -175,7 +184,7 @@ class ContactWatch:
         return next((of_joint[joint] for joint in above if joint in of_joint), "")
 
     def _shapes_beyond(self, sensor: int, frames: dict[str, int]) -> LinkShapes | None:
-        if self._shapes is None or sensor < 0:
+        if sensor < 0:
             return None
         links = [
             link
@@ -187,11 +196,17 @@ class ContactWatch:
 
     def _moved(self, watched: _Watched) -> Contact | None:
         """The contact at the link where it is for sure, if that is not where it is assumed."""
-        found = watched.found
-        link = watched.by_skin or (found.link if found and found.certainty == "sure" else "")
-        if not link or link == watched.link:
-            return None
-        return Contact(frame=link)
+        link = ""
+        if watched.skin is not None:
+            link = watched.skin.link
+        elif watched.found is not None and _is_sure(watched.found):
+            link = watched.found.link
+        moved = watched.contact.kind == "wrench" and link not in ("", watched.link)
+        return Contact(frame=link) if moved else None
+
+
+def _is_sure(found: Location) -> bool:
+    return found.certainty == "sure"
 
 
 def _vector3(values: Vector) -> Vector3:

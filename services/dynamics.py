@@ -1,6 +1,6 @@
 """Whole-body dynamics: joint torques from the FT sensors in the limbs, contacts, and gravity.
 
-Reads   wrench of every FT sensor and joint_state of every part (triggers), the IMUs, and the
+Reads   wrench of every FT sensor and joint_state of every part (triggers), IMUs, skin, and the
         learner's predictions
 Writes  torque_estimate and impedance_offset of every part whose boards take torques; dynamics/
         status, contacts, samples, health, models
@@ -16,7 +16,6 @@ from dataclasses import replace
 import numpy as np
 
 from dforc.arrays import Vector
-from dforc.contacts.shapes import LinkShapes
 from dforc.errors import DforcError
 from dforc.estimation.assumption import Assumption
 from dforc.estimation.estimate import BodyEstimate
@@ -39,6 +38,8 @@ from services.rates import Rates
 from services.robot_tables import RobotFile
 from services.sensor_bank import SensorBank
 from services.sensor_tasks import SensorTasks
+from services.shape_tables import link_shapes
+from services.skin_watch import SkinWatch
 from services.streams import (
     DYNAMICS_CALL,
     DYNAMICS_HEALTH,
@@ -59,9 +60,7 @@ HEALTH_EVERY_LOOKS = 10
 class Dynamics(Service):
     """Newton-Euler estimate of all limbs in use."""
 
-    def __init__(
-        self, robot: RobotFile, rates: Rates | None = None, shapes: LinkShapes | None = None
-    ) -> None:
+    def __init__(self, robot: RobotFile, rates: Rates | None = None) -> None:
         """`rates` are those of the robot process; by default the virtual ones."""
         body = Body(robot)
         model = TreeModel.from_urdf(str(body.urdf), body.joints, body.sensor_frames)
@@ -73,7 +72,9 @@ class Dynamics(Service):
         self.tasks = SensorTasks(body.sensors, self.bank)
         self.source = KinematicSource(body)
         self.correction = Correction(body.sensors)
-        self.filtered = FilteredBody(body, model, self.assumption, self.bank, shapes)
+        self.skin = SkinWatch(robot, body)
+        shapes = link_shapes(robot)
+        self.filtered = FilteredBody(body, model, self.assumption, self.bank, shapes, self.skin)
         self.gate = TorqueGate(body, self.assumption, self.bank, self.joints, self.source)
         self.estimator = WholeBodyEstimator(model, self.assumption)
         self.refused = 0  # estimates that could not be made
@@ -89,7 +90,7 @@ class Dynamics(Service):
         wrenches = tuple(sensor.wrench for sensor in body.sensors)
         states = tuple(part.state for part in body.parts)
         self.trigger = (*wrenches, *states)
-        self.reads = (*wrenches, *states, *self.source.streams, LEARNED)
+        self.reads = (*wrenches, *states, *self.source.streams, *self.skin.streams, LEARNED)
         self.writes = (
             *(part.torque for part in felt),
             *(part.offset for part in felt),
@@ -111,6 +112,7 @@ class Dynamics(Service):
             self.filtered.add_joints(self.joints.q_rad, now_ns)
         if now_ns >= self._next_look_ns:
             self._next_look_ns = now_ns + LOOK_PERIOD_NS
+            self.skin.look(now_ns, inputs)
             self._look(now_ns, outputs)
 
     def assume(self, name: str, assumption: Assumption) -> None:

@@ -24,6 +24,7 @@ from services.messages import Floats
 from services.sensor_bank import SensorBank
 from services.sensor_health import HealthFigures
 from services.sensor_tasks import SensorTasks
+from services.skin_watch import SkinWatch
 
 NS_TO_S = 1e-9
 
@@ -45,9 +46,10 @@ class FilteredBody:
         model: TreeModel,
         assumption: Assumption,
         bank: SensorBank,
-        shapes: LinkShapes | None,
+        shapes: LinkShapes,
+        skin: SkinWatch,
     ) -> None:
-        self.contacts = ContactWatch(body, shapes)
+        self.contacts = ContactWatch(body, shapes, skin)
         self.health = HealthFigures(body.sensors)
         self.estimator = WholeBodyEstimator(model, assumption)
         self._body = body

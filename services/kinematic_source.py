@@ -38,6 +38,7 @@ class KinematicSource:
         self._name = source_name(self._body, frame) if frame else ""
         self.parts = tuple(part.name for part in self._body.parts if above & set(part.joints))
         self.motion = None
+        self.trouble = f"no readings of {self._name}" if frame else ""
         self._filter.reset()
 
     def take(self, now_ns: int, inputs: Inputs) -> None:

@@ -75,8 +75,22 @@ class TorqueParts:
             found |= {i for i in frames.values() if joint in self._reach(i, frames)}
         return tuple(sorted(found))
 
+    def _around(self, joints: Sequence[str], valid: tuple[bool, ...]) -> tuple[int, ...]:
+        """Sensors next to the joints, and those around a sub-model whose contacts they bear."""
+        frames = {s.frame: i for i, s in enumerate(self._body.sensors) if valid[i]}
+        found = set(self.sensors_of(joints, valid))
+        for joint in joints:
+            for top in self._borne_by(joint, frames):
+                found |= {frames[top]} if top else set()
+                found |= {
+                    i
+                    for i in frames.values()
+                    if self._top(self._sensor_above[i][1:], frames) == top
+                }
+        return tuple(sorted(found))
+
     def _verdict(self, part: BodyPart, valid: tuple[bool, ...]) -> Verdict:
-        sensors = self.sensors_of(part.felt, valid)
+        sensors = self._around(part.felt, valid)
         lost = [self._body.sensors[i].name for i in self._lost_next_to(part, valid)]
         why = f": {', '.join(lost)} cannot be used" if lost else ""
         if not sensors:
@@ -97,16 +111,27 @@ class TorqueParts:
         ]
 
     def _is_known(self, joint: str, valid: tuple[bool, ...]) -> bool:
-        frames = {s.frame for s, works in zip(self._body.sensors, valid, strict=True) if works}
+        frames = {s.frame: i for i, s in enumerate(self._body.sensors) if valid[i]}
         unknowns: dict[str, int] = {"": self._held}
-        beyond = set()
         for contact in self._contacts:
-            top = next((above for above in contact.above if above in frames), "")
+            top = self._top(contact.above, frames)
             unknowns[top] = unknowns.get(top, 0) + contact.unknowns
+        return all(unknowns[top] <= SOLVABLE for top in self._borne_by(joint, frames))
+
+    def _borne_by(self, joint: str, frames: dict[str, int]) -> set[str]:
+        """Sub-models, by the sensor at their top, with contacts that a joint bears."""
+        tops = set()
+        for contact in self._contacts:
+            top = self._top(contact.above, frames)
             until = contact.above.index(top) if top else len(contact.above)
             if joint in contact.above[:until]:
-                beyond.add(top)
-        return all(unknowns[top] <= SOLVABLE for top in beyond)
+                tops.add(top)
+        return tops
+
+    @staticmethod
+    def _top(above: Sequence[str], frames: dict[str, int]) -> str:
+        """The first working sensor on the way to the root; empty where there is none."""
+        return next((joint for joint in above if joint in frames), "")
 
     def _reach(self, sensor: int, frames: dict[str, int]) -> tuple[str, ...]:
         """Joints above a sensor, up to the next working one."""

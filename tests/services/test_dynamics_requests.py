@@ -1,0 +1,320 @@
+"""Requests to the dynamics service: each does what it says, to what it names and nothing else."""
+
+import numpy as np
+import pytest
+
+from dforc.robot_model import RobotModel
+from services.config import load_robot
+from services.dynamics_messages import AssumedContact, DynamicsRequest
+from services.messages import Imu
+from services.robot_tables import RobotFile
+from services.streams import (
+    DYNAMICS_MODELS,
+    DYNAMICS_STATUS,
+    IMPEDANCE_OFFSET,
+    IMU,
+    TORQUE_ESTIMATE,
+)
+from tests.services.whole_body import OFFSET, Stand, swing
+
+LEFT, RIGHT = TORQUE_ESTIMATE["left_arm"], TORQUE_ESTIMATE["right_arm"]
+LEVEL_N = 0.02  # what a calibration from noise of 0.02 N in 100 samples stays inside of
+
+
+@pytest.fixture(scope="module")
+def arms() -> RobotFile:
+    return load_robot("icub:arms")
+
+
+@pytest.fixture
+def stand(arms: RobotFile) -> Stand:
+    stand = Stand(arms)
+    stand.calibrate()
+    return stand
+
+
+def head_imu(stand: Stand, times_gravity: float = 1.0) -> Imu:
+    """What the IMU in the head shows of a robot that stands upright and still."""
+    above = RobotModel(str(stand.body.urdf), stand.body.joints, "imu_frame", {})
+    turn, _ = above.tip_pose(stand.q_rad)
+    x, y, z = (times_gravity * 9.81 * turn[2]).tolist()
+    return Imu(
+        stamp_ns=0,
+        quaternion=(1.0, 0.0, 0.0, 0.0),
+        gyro_rad_s=(0.0, 0.0, 0.0),
+        acceleration_m_s2=(x, y, z),
+        magnetic_t=(0.0, 0.0, 0.0),
+        arrival_ns=0,
+    )
+
+
+def test_calibration_changes_only_the_sensors_that_are_named(stand: Stand) -> None:
+    before = stand.dynamics.bank.channels[1].offset
+    stand.offsets["l_arm_ft"] = stand.offsets["l_arm_ft"] + 0.5
+    stand.offsets["r_arm_ft"] = stand.offsets["r_arm_ft"] + 0.5
+    assert stand.ask("calibrate", "l_arm_ft").ok
+    stand.run(150)
+    after = stand.dynamics.bank.channels
+    assert after[0].offset == pytest.approx(stand.offsets["l_arm_ft"], abs=LEVEL_N)
+    assert (after[1].offset == before).all()
+
+
+def test_calibration_while_the_arm_moves_slowly_finds_the_same_offset(arms: RobotFile) -> None:
+    stand = Stand(arms)
+    stand.run(20)
+    stand.dq_rad_s = np.full(len(stand.q_rad), 0.3)
+    assert stand.ask("calibrate", samples=500).ok
+    stand.run(520)
+    assert stand.dynamics.bank.channels[0].offset == pytest.approx(OFFSET, abs=LEVEL_N)
+
+
+def test_calibration_waits_while_the_arm_moves_fast(arms: RobotFile) -> None:
+    stand = Stand(arms)
+    stand.run(20)
+    stand.dq_rad_s = np.full(len(stand.q_rad), 0.6)
+    assert stand.ask("calibrate").ok
+    stand.run(200)
+    assert stand.health("l_arm_ft").samples == 0
+    stand.dq_rad_s = np.zeros(len(stand.q_rad))
+    stand.run(200)
+    assert stand.health("l_arm_ft").ok
+
+
+def test_torques_go_on_during_a_calibration(stand: Stand) -> None:
+    before = len(stand.bench.sent(LEFT))
+    assert stand.ask("calibrate", samples=1000).ok
+    stand.run(300)
+    assert len(stand.bench.sent(LEFT)) == before + 300
+    assert stand.bench.last(DYNAMICS_STATUS).state == "calibrating"
+    health = stand.health("l_arm_ft")
+    assert (health.task, health.wanted) == ("calibrating", 1000)
+    assert 200 <= health.samples <= 300
+
+
+def test_calibration_is_refused_in_contact_and_names_the_remedy(arms: RobotFile) -> None:
+    stand = Stand(arms, pushed="r_hand_dh_frame")
+    stand.calibrate()
+    stand.push_n = np.array([0.0, 10.0, 0.0])
+    stand.run(200)
+    before = stand.dynamics.bank.channels[1].offset
+    reply = stand.ask("calibrate", "r_arm_ft")
+    assert not reply.ok
+    assert "r_arm_ft: something touches the limb" in reply.reason
+    assert "reset" in reply.reason
+    assert (stand.dynamics.bank.channels[1].offset == before).all()
+    assert stand.ask("calibrate", "l_arm_ft").ok
+
+
+def test_calibration_is_given_up_when_a_touch_comes(arms: RobotFile) -> None:
+    stand = Stand(arms, pushed="r_hand_dh_frame")
+    stand.calibrate()
+    before = stand.dynamics.bank.channels[1].offset
+    assert stand.ask("calibrate", "r_arm_ft", samples=1000).ok
+    stand.push_n = np.array([0.0, 10.0, 0.0])
+    stand.run(300)
+    assert stand.health("r_arm_ft").task == ""
+    assert "given up: something touches the limb" in stand.health("r_arm_ft").reason
+    assert (stand.dynamics.bank.channels[1].offset == before).all()
+
+
+def test_first_calibration_is_given_up_when_readings_differ_too_much(arms: RobotFile) -> None:
+    stand = Stand(arms, pushed="r_hand_dh_frame")
+    stand.run(20)
+    assert stand.ask("calibrate", samples=200).ok
+    stand.run(100)
+    stand.push_n = np.array([0.0, 10.0, 0.0])
+    stand.run(200)
+    assert "given up: readings differ by" in stand.health("r_arm_ft").reason
+    assert not stand.health("r_arm_ft").ok
+    assert stand.health("l_arm_ft").ok
+
+
+@pytest.mark.parametrize("samples", [0, 1_000_000])
+def test_a_calibration_of_absurd_length_is_refused(stand: Stand, samples: int) -> None:
+    reply = stand.ask("calibrate", samples=samples)
+    assert not reply.ok
+    assert str(samples) in reply.reason
+
+
+def test_reset_forgets_the_named_sensor_and_silences_its_limb(stand: Stand) -> None:
+    assert stand.ask("reset", "r_arm_ft").ok
+    before = len(stand.bench.sent(LEFT)), len(stand.bench.sent(RIGHT))
+    stand.run(100)
+    assert (len(stand.bench.sent(LEFT)), len(stand.bench.sent(RIGHT))) == (
+        before[0] + 100,
+        before[1],
+    )
+    assert stand.health("r_arm_ft").flags == ("uncalibrated",)
+    assert stand.health("l_arm_ft").ok
+
+
+@pytest.mark.parametrize(
+    ("action", "value", "named"),
+    [
+        ("calibrate", "", "no sensor 'nose'"),
+        ("reset", "", "no sensor 'nose'"),
+        ("identify", "start", "no sensor 'nose'"),
+    ],
+)
+def test_an_unknown_sensor_is_refused_with_the_known_ones(
+    stand: Stand, action: str, value: str, named: str
+) -> None:
+    reply = stand.ask(action, "nose", value=value)
+    assert not reply.ok
+    assert named in reply.reason
+    assert "l_arm_ft, r_arm_ft" in reply.reason
+
+
+@pytest.mark.parametrize(
+    ("request_", "reason"),
+    [
+        (DynamicsRequest(action="dance"), "calibrate, reset, assume, source, identify"),
+        (DynamicsRequest(action="assume", value="flying"), "default, standing, crawling, custom"),
+        (DynamicsRequest(action="assume", value="crawling"), "needs an IMU"),
+        (DynamicsRequest(action="source", value="moon"), "there are: base"),
+        (DynamicsRequest(action="identify", value="now"), "start, solve, discard"),
+        (DynamicsRequest(action="identify", value="solve"), "no sweep is under way"),
+        (
+            DynamicsRequest(
+                action="assume", value="custom", contacts=(AssumedContact(frame="tail"),)
+            ),
+            "no link or frame 'tail'",
+        ),
+        (
+            DynamicsRequest(
+                action="assume",
+                value="custom",
+                contacts=(AssumedContact(frame="l_hand", kind="kiss"),),
+            ),
+            "wrench",
+        ),
+        (
+            DynamicsRequest(
+                action="assume",
+                value="custom",
+                contacts=(AssumedContact(frame="l_hand", kind="direction"),),
+            ),
+            "direction",
+        ),
+    ],
+)
+def test_what_cannot_be_is_refused_with_what_can(
+    stand: Stand, request_: DynamicsRequest, reason: str
+) -> None:
+    reply = stand.request(request_)
+    assert not reply.ok
+    assert reason in reply.reason
+    stand.run(10)
+    assert stand.silent() == {}
+
+
+def test_custom_contacts_take_the_place_of_the_default_ones(stand: Stand) -> None:
+    elbow = AssumedContact(frame="l_forearm", point_m=(0.0, 0.02, 0.0), kind="force")
+    request = DynamicsRequest(action="assume", value="custom", contacts=(elbow,))
+    assert stand.request(request).ok
+    stand.run(250)
+    models = stand.bench.last(DYNAMICS_MODELS)
+    assert models.assumption == "custom"
+    assert [(sub.sensors[0], sub.unknowns) for sub in models.sub_models[1:]] == [
+        ("l_arm_ft", 3),
+        ("r_arm_ft", 0),
+    ]
+    assert stand.contact("l_arm_ft").link == "l_forearm"
+
+
+def test_two_wrenches_on_one_arm_cannot_be_told_apart_and_silence_it(stand: Stand) -> None:
+    both = tuple(AssumedContact(frame=frame) for frame in ("l_hand", "l_forearm"))
+    assert stand.request(DynamicsRequest(action="assume", value="custom", contacts=both)).ok
+    stand.run(50)
+    assert list(stand.silent()) == ["left_arm"]
+    assert stand.ask("assume", value="default").ok
+    stand.run(5)
+    assert stand.silent() == {}
+
+
+def test_a_lost_arm_is_estimated_where_the_assumption_leaves_one_place_for_a_touch(
+    stand: Stand,
+) -> None:
+    """Nothing holds the base and only the hands are touched: six unknowns in what is merged."""
+    hands = tuple(AssumedContact(frame=frame) for frame in ("l_hand", "r_hand"))
+    request = DynamicsRequest(action="assume", value="custom", contacts=hands, mainstay=False)
+    assert stand.request(request).ok
+    stand.faults = {"r_arm_ft": None}
+    stand.run(10)
+    assert stand.silent() == {}
+
+
+def test_standing_is_hands_and_feet_of_the_limbs_in_use(stand: Stand) -> None:
+    assert stand.ask("assume", value="standing").ok
+    contacts = [contact.frame for contact in stand.dynamics.assumption.contacts]
+    assert contacts == ["l_hand", "r_hand"]
+    assert stand.silent() == {}
+
+
+def test_crawling_takes_its_motion_from_the_imu() -> None:
+    stand = Stand(load_robot("icub"))
+    stand.calibrate()
+    assert stand.ask("assume", value="crawling").ok
+    stand.run(200)
+    assert stand.silent()["left_arm"] == "no readings of head_imu"
+    for _ in range(40):
+        stand.others = {IMU["head_imu"]: head_imu(stand)}
+        stand.run(10)
+    assert stand.silent() == {}
+    models = stand.bench.last(DYNAMICS_MODELS)
+    assert (models.assumption, models.source, models.mainstay) == ("crawling", "head_imu", False)
+
+
+def test_imu_says_where_down_is_and_its_loss_silences_everything() -> None:
+    stand = Stand(load_robot("icub"))
+    stand.calibrate()
+    held = stand.bench.last(IMPEDANCE_OFFSET["left_arm"]).tau_nm
+    assert stand.ask("source", value="head_imu").ok
+    for _ in range(20):
+        stand.others = {IMU["head_imu"]: head_imu(stand, 2.0)}
+        stand.run(10)
+    heavy = stand.bench.last(IMPEDANCE_OFFSET["left_arm"]).tau_nm
+    assert heavy == pytest.approx(2.0 * np.array(held), abs=1e-3)
+    before = len(stand.bench.sent(LEFT))
+    stand.run(200)
+    assert len(stand.bench.sent(LEFT)) <= before + 60  # as old as a motion may be
+    assert stand.silent()["left_arm"] == "no readings of head_imu"
+    assert stand.ask("source", value="base").ok
+    stand.run(5)
+    assert stand.silent() == {}
+
+
+def test_a_pose_sweep_finds_gain_and_offset(arms: RobotFile) -> None:
+    stand = Stand(arms)
+    gain = np.diag([0.6, 1.4, 1.1, 0.9, 1.2, 0.8])
+    stand.gains = {"l_arm_ft": gain}
+    stand.run(20)
+    assert stand.ask("identify", "l_arm_ft", value="start").ok
+    stand.path = swing(stand.q_rad, 0.8, 0.3)
+    stand.run(6000)
+    assert stand.health("l_arm_ft").task == "identifying"
+    reply = stand.ask("identify", "l_arm_ft", value="solve")
+    assert reply.ok, reply.reason
+    assert "l_arm_ft: " in reply.reason
+    assert stand.health("r_arm_ft").flags == ("uncalibrated",)
+    stand.run(1000)  # the path goes on to other postures
+    health = stand.health("l_arm_ft")
+    assert health.ok
+    assert len(health.gain) == 36
+    # Up to 40 % of a limb's 15 N were wrong.
+    assert np.abs(health.mean[:3]).max() < 0.1
+    assert np.abs(health.std[:3]).max() < 0.15
+
+
+def test_a_sweep_without_motion_is_refused_and_goes_on(stand: Stand) -> None:
+    assert stand.ask("identify", "l_arm_ft", value="start").ok
+    stand.run(1000)
+    before = stand.dynamics.bank.channels[0].matrix
+    reply = stand.ask("identify", "l_arm_ft", value="solve")
+    assert not reply.ok
+    assert "move the limb through more postures" in reply.reason
+    assert (stand.dynamics.bank.channels[0].matrix == before).all()
+    assert stand.health("l_arm_ft").task == "identifying"
+    assert stand.ask("identify", "l_arm_ft", value="discard").ok
+    stand.run(110)
+    assert stand.health("l_arm_ft").task == ""
