@@ -1,7 +1,7 @@
 """One motor axis as the host knows it: its state, read from frames, and the commands it takes."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from hal.description import Joint
 from hal.line import Line
@@ -164,6 +164,11 @@ class Axis:
         return self._readings.q_rad[self.index], self._readings.dq_rad_s[self.index]
 
     @property
+    def recent(self) -> Sequence[tuple[int, int]]:
+        """The last POSITION frames, oldest first: ticks, and when they came in ns."""
+        return self._window
+
+    @property
     def fault_text(self) -> str:
         """Why the axis does not run, empty when nothing is wrong."""
         return self._readings.fault[self.index]
@@ -179,9 +184,9 @@ class Axis:
         units, readings, index = self.units, self._readings, self.index
         readings.q_rad[index] = ticks * units.rad_per_tick - units.zero_rad
         readings.heard_ns[index] = stamp_ns
+        window = self._window
+        window.append((ticks, stamp_ns))
         if not self._uses_velocity_frames:
-            window = self._window
-            window.append((ticks, stamp_ns))
             first_ticks, first_ns = window[0]
             if stamp_ns > first_ns:
                 rate = (ticks - first_ticks) * 1e9 / (stamp_ns - first_ns)

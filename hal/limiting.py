@@ -5,6 +5,7 @@ limit slows down with the room that is left.
 """
 
 import math
+from collections.abc import Sequence
 
 from hal.units import AxisUnits
 
@@ -12,10 +13,10 @@ CYCLE_S = 0.01  # one set-point per axis
 BRAKING_S = 0.6  # the slowest of the boards' position loops settle in this
 CREEP_TICKS = 0.2  # so that the limit itself is reached
 COASTING_S = 0.25  # how long an axis may run on without power, or from torques at full scale
-SPRING_S = 0.05  # how long one may that its spring brakes, as after a push
-GRAVITY_SHARE = 0.5  # of the full scale: an offset beyond it is no gravity; it may beat the spring
-STOPPING_S = 0.1  # how long one may from such a spring, at least
-STOPPING_S2_RAD = 0.2  # and longer when it is faster: it has to be braked
+STOPPING_S = 0.08  # how far a compliant axis may run on at the speed at which it is made stiff
+ONSET_S = 0.015  # of making stiff: a frame's age, the switch, the loop
+FRAMES_S = 0.004  # between two POSITION frames
+NOISE_TICKS = 1.0  # of a difference of angles: an axis that stands may show as much
 REACTION_S = 0.005  # from a board's reference to the POSITION frame that is known here
 MOST_BEYOND_RAD = math.radians(5.0)  # farther out it has not overshot: somebody has put it there
 
@@ -62,11 +63,33 @@ def is_near_limit(
     return low < units.min_rad - slack_rad or high > units.max_rad + slack_rad
 
 
-def spring_ahead_s(dq_rad_s: float, offset_share: float) -> float:
-    """How long an axis may run on from its spring; `offset_share` is the offset over full scale."""
-    if abs(offset_share) <= GRAVITY_SHARE:
-        return SPRING_S
-    return min(STOPPING_S + STOPPING_S2_RAD * abs(dq_rad_s), COASTING_S)
+def speed_ahead(units: AxisUnits, recent: Sequence[tuple[int, int]]) -> float:
+    """Speed of an axis, rad/s, by the time that a loop which brakes it takes hold.
+
+    `recent` are its last POSITION frames, as of Axis. Their mean speed is half a window old: a
+    drive that believes a wrong torque is twice as fast by then. One that loses speed is not
+    credited with it.
+    """
+    if len(recent) < 3:
+        return 0.0
+    half = len(recent) // 2
+    first, first_ns = recent[0]
+    between, between_ns = recent[half]
+    last, last_ns = recent[-1]
+    # Frames that were held up come together: no axis is faster for that.
+    old_s = max((between_ns - first_ns) * 1e-9, half * FRAMES_S)
+    new_s = max((last_ns - between_ns) * 1e-9, (len(recent) - 1 - half) * FRAMES_S)
+    window_s = old_s + new_s
+    speed = _beyond(last - first, NOISE_TICKS) / window_s
+    gained = (last - between) / new_s - (between - first) / old_s
+    gained = _beyond(gained, 2.0 * NOISE_TICKS / min(old_s, new_s))
+    if gained * speed > 0.0:
+        speed += gained * (0.5 * window_s + ONSET_S) / (0.5 * window_s)
+    return speed * units.rad_per_tick
+
+
+def _beyond(value: float, noise: float) -> float:
+    return math.copysign(max(abs(value) - noise, 0.0), value)
 
 
 def way_back(units: AxisUnits, ticks: int, dq_rad_s: float) -> int | None:

@@ -15,15 +15,15 @@ from hal.limiting import (
     BRAKING_S,
     COASTING_S,
     CYCLE_S,
+    STOPPING_S,
     is_near_limit,
     limited_step,
     limited_velocity,
     position_step,
-    spring_ahead_s,
+    speed_ahead,
 )
 from hal.returning import bring_back
 from hal.torques import make_stiff
-from hal.units import TORQUE_HALF_RANGE
 from hal.wire import motor
 from hal.wire.modes import ControlMode
 from hal.wire.numbers import round_half_away
@@ -187,11 +187,11 @@ class Setpoints:
     def _nears_limit(self, now_ns: int) -> bool:
         """Whether the axis had to be made stiff: no reference keeps it from its limits."""
         axis, slack_rad = self._axis, abs(self._axis.units.rad_per_tick)
-        ahead_s = COASTING_S
+        motion, ahead_s = axis.motion, COASTING_S
         if axis.mode not in _UNTIMED:  # a spring may give way by half of what is left
-            ahead_s = spring_ahead_s(axis.motion[1], axis.offset_counts / TORQUE_HALF_RANGE)
+            motion, ahead_s = (motion[0], speed_ahead(axis.units, axis.recent)), STOPPING_S
             slack_rad = max(slack_rad, math.radians(axis.joint.margin_deg / 2.0))
-        if not is_near_limit(axis.units, axis.motion, ahead_s, slack_rad):
+        if not is_near_limit(axis.units, motion, ahead_s, slack_rad):
             return False
         if now_ns < self._rescue_ns:  # under way
             self._look_again(self._rescue_ns)

@@ -2,9 +2,10 @@
 
 import pytest
 
-from hal.limiting import SPRING_S, spring_ahead_s
+from hal.limiting import speed_ahead
+from hal.units import AxisUnits
 from hal.wire.modes import ControlMode
-from tests.hal.arm import ROLL
+from tests.hal.arm import DESCRIPTION, ROLL
 from tests.hal.scripted import Script
 
 # roll: 0 to 161 deg are 421 to 2252 ticks, 11.375 ticks per degree.
@@ -53,34 +54,35 @@ def test_a_compliant_axis_that_leaves_its_limits_is_made_stiff() -> None:
     assert "001 F400" in script.tick(10)  # until the board confirms it
 
 
+def run_down(script: Script, ticks: int, step: int) -> list[str]:
+    """POSITION frames, 4 ms apart, of a steady motion that ends at `ticks`."""
+    sent: list[str] = []
+    for at in range(ticks + 40 * step, ticks - 1, -step):
+        script.bus.positions[0x111] = bytes.fromhex("D1070000") + at.to_bytes(4, "little")
+        for _ in range(4):
+            script.torques()
+            sent += script.tick()
+    return sent
+
+
 @pytest.mark.parametrize(
-    ("offset_nm", "ticks", "stiff"),
-    [
-        (7.9, 675, False),
-        (7.9, 668, True),  # 250 ticks in 0.25 s: an offset that may beat the spring
-        (2.0, 475, False),
-        (2.0, 468, True),  # 50 ticks in 0.05 s: a weight, and the spring brakes
-    ],
+    ("ticks", "stiff"),
+    # 8 ticks per frame, less a tick in 24 ms, are 1958 ticks/s: 156.7 ticks in 0.08 s.
+    [(420 + 160, False), (420 + 152, True)],
 )
 def test_a_compliant_axis_is_made_stiff_before_it_runs_into_a_limit(
-    offset_nm: float, ticks: int, stiff: bool
+    ticks: int, stiff: bool
 ) -> None:
-    script = script_in(0x01, ticks)
+    script = script_in(0x01, ticks + 320)
     compliant(script)
-    assert script.robot.set_impedance_offsets([ROLL], [offset_nm])
-    script.say("117 0000E0FF00000000")  # -1 tick/ms, 1.5 rad/s
-    sent: list[str] = []
-    for _ in range(5):
-        script.torques()
-        sent += script.tick()
 
-    assert ("001 F400" in sent) is stiff
+    assert ("001 F400" in run_down(script, ticks, 8)) is stiff
 
 
 def test_a_compliant_axis_may_stand_one_tick_outside() -> None:
     script = script_in(0x01)
     compliant(script)
-    for ticks in range(920, 419, -20):  # 5 ticks/ms would be too fast; here none is reported
+    for ticks in (*range(920, 640, -10), *range(640, 430, -2), *range(430, 419, -1)):
         stand(script, ticks)
 
     assert not [text for text in script.robot.status().faults if "nears its limit" in text]
@@ -170,12 +172,48 @@ def test_a_velocity_brings_an_axis_back_that_has_overshot() -> None:
     assert commands(script.tick()) == ["001 9C03000100"]
 
 
-def test_a_spring_that_only_carries_weight_is_trusted_to_brake() -> None:
-    assert spring_ahead_s(1.65, 0.28) == SPRING_S  # as fast as a push of 20 N makes an elbow
-    assert spring_ahead_s(1.65, -0.28) == SPRING_S
+ROLL_UNITS = AxisUnits(DESCRIPTION.joints[ROLL], velocity_shift=8)
 
 
-def test_a_spring_whose_offset_may_beat_it_is_watched_further_ahead_the_faster_it_is() -> None:
-    assert spring_ahead_s(0.0, 1.0) == pytest.approx(0.1)
-    assert spring_ahead_s(0.5, -1.0) == pytest.approx(0.2)
-    assert spring_ahead_s(1.65, 1.0) == pytest.approx(0.25)
+def recent(*ticks: int) -> tuple[tuple[int, int], ...]:
+    return tuple((tick, 4_000_000 * k) for k, tick in enumerate(ticks))
+
+
+def ticks_per_s(frames: tuple[tuple[int, int], ...]) -> float:
+    return speed_ahead(ROLL_UNITS, frames) * ROLL_UNITS.ticks_per_rad
+
+
+def test_a_steady_axis_keeps_its_speed_less_a_tick_of_noise() -> None:
+    assert ticks_per_s(recent(0, 8, 16, 24, 32, 40, 48)) == pytest.approx(47 / 0.024)
+
+
+def test_an_axis_that_gains_speed_is_taken_for_as_fast_as_it_will_be_when_it_is_braked() -> None:
+    # 500 ticks/s, then 2000: 1500 - 2 / 0.012 gained in 12 ms, and 12 + 15 ms more to go.
+    gained = (1500 - 2 / 0.012) * 27 / 12
+    assert ticks_per_s(recent(0, 2, 4, 6, 14, 22, 30)) == pytest.approx(29 / 0.024 + gained)
+
+
+def test_an_axis_that_loses_speed_is_not_credited_with_it() -> None:
+    assert ticks_per_s(recent(0, 8, 16, 24, 26, 28, 30)) == pytest.approx(29 / 0.024)
+
+
+@pytest.mark.parametrize(
+    "ticks", [(0, 0, 0, 0, 0, 0, -1), (0, 0, 0, -1, 0, 0, -1), (5, 4, 4, 4, 4)]
+)
+def test_an_axis_that_shows_a_tick_of_noise_stands(ticks: tuple[int, ...]) -> None:
+    assert ticks_per_s(recent(*ticks)) == 0.0
+
+
+def test_frames_that_were_held_up_and_come_together_make_no_axis_much_faster() -> None:
+    ms = (0, 4, 8, 28, 28, 28, 29)
+    frames = tuple((8 * k, 1_000_000 * at) for k, at in enumerate(ms))
+
+    # 24 ticks in what must have been 12 ms; before, 24 in 28: 40 ms in all.
+    gained = 24 / 0.012 - 24 / 0.028 - 2 / 0.012
+    assert ticks_per_s(frames) == pytest.approx(47 / 0.040 + gained * 35 / 20)
+
+
+def test_nothing_is_known_of_the_speed_before_the_third_frame() -> None:
+    assert ticks_per_s(recent()) == 0.0
+    assert ticks_per_s(recent(0, 8)) == 0.0
+    assert ticks_per_s(recent(0, 8, 16)) == pytest.approx(15 / 0.008)
