@@ -1,7 +1,7 @@
 """Contact location without skin: pushes on the meshes of the links, answered from the wrench.
 
-A contact is a point of a link's visual mesh that a finger can reach in the present posture, each
-link as often as the others; the force, 5 to 20 N, comes from within 30 degrees of the surface's
+A contact is a point of the links' visual meshes that a finger can reach in the present posture,
+evenly spread over that surface; the force, 5 to 20 N, comes from within 30 degrees of the surface's
 normal and from where nothing is in its way. Postures are spread evenly over the joints' limits.
 The answer uses the capsules of the robot's shapes, so their error is in the figures.
 """
@@ -89,31 +89,41 @@ class Scene:
         self.limb = limb
         self._model = pin.buildModelFromUrdf(str(urdf))
         self._data = self._model.createData()
-        self._meshes = load_meshes(urdf)
+        meshes = load_meshes(urdf)
+        self._meshes = [meshes[link] for link in limb.links]
         self._frames = [self._model.getFrameId(link) for link in limb.links]
         self._sensor = self._model.getFrameId(limb.sensor)
 
     def contacts(self, count: int, generator: np.random.Generator) -> list[Contact]:
-        """Random pushes, each link as often as the others."""
-        order = generator.integers(len(self._frames), size=count)
-        return [self._contact(int(index), generator) for index in order]
-
-    def _contact(self, index: int, generator: np.random.Generator) -> Contact:
-        """Postures and points until one can be reached."""
-        low, high = self._model.lowerPositionLimit, self._model.upperPositionLimit
-        while True:
-            pin.computeJointJacobians(self._model, self._data, generator.uniform(low, high))
-            pin.updateFramePlacements(self._model, self._data)
-            meshes = [
-                self._meshes[link].moved(*self._pose(frame))
-                for link, frame in zip(self.limb.links, self._frames, strict=True)
-            ]
-            points, normals = meshes[index].random_points(1, generator)
-            outwards = normals[0] * generator.choice((-1.0, 1.0))
-            force = _within_cone(-outwards, generator)
-            if _is_free(meshes, points[0], outwards) and _is_free(meshes, points[0], -force):
+        """Random pushes, evenly spread over what can be reached of the limb in random postures."""
+        found: list[Contact] = []
+        areas = np.array([mesh.areas.sum() for mesh in self._meshes])
+        while len(found) < count:
+            index = int(generator.choice(len(areas), p=areas / areas.sum()))
+            point, outwards, force = _push(self._meshes[index], generator)
+            clear = (outwards, -force)
+            if any(self._meshes[index].is_hit(point, direction) for direction in clear):
+                continue
+            self._pose_all(generator)
+            R, p = self._pose(self._frames[index])
+            point, directions = R @ point + p, [R @ direction for direction in clear]
+            if not any(self._is_hit(point, direction) for direction in directions):
                 size = generator.uniform(*FORCE_N)
-                return self._seen(self.limb.links[index], points[0], size * force)
+                found.append(self._seen(self.limb.links[index], point, size * (R @ force)))
+        return found
+
+    def _pose_all(self, generator: np.random.Generator) -> None:
+        low, high = self._model.lowerPositionLimit, self._model.upperPositionLimit
+        pin.computeJointJacobians(self._model, self._data, generator.uniform(low, high))
+        pin.updateFramePlacements(self._model, self._data)
+
+    def _is_hit(self, point: Vector, direction: Vector) -> bool:
+        """Whether a ray meets a link of the limb."""
+        for mesh, frame in zip(self._meshes, self._frames, strict=True):
+            R, p = self._pose(frame)
+            if mesh.is_hit(R.T @ (point - p), R.T @ direction):
+                return True
+        return False
 
     def _seen(self, link: str, point: Vector, force: Vector) -> Contact:
         poses = [self._pose(frame) for frame in self._frames]
@@ -156,8 +166,11 @@ def _within_cone(middle: Vector, generator: np.random.Generator) -> Vector:
     return direction
 
 
-def _is_free(meshes: Sequence[Mesh], point: Vector, direction: Vector) -> bool:
-    return not any(mesh.is_hit(point, direction) for mesh in meshes)
+def _push(mesh: Mesh, generator: np.random.Generator) -> tuple[Vector, Vector, Vector]:
+    """A point of the mesh, one of its normals, and a unit force from about there."""
+    points, normals = mesh.random_points(1, generator)
+    outwards = normals[0] * generator.choice((-1.0, 1.0))
+    return points[0], outwards, _within_cone(-outwards, generator)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -257,8 +270,8 @@ def _rows(limb: Limb, found: Sequence[Answer], label: str, *, bars: bool = False
     each = []
     for link in limb.links if bars else ():
         own = [answer for answer in found if answer.contact.link == link]
-        known = sum(answer.sure and answer.right for answer in own)
-        each.append(Row(f"{name}: right, contacts on {link}", known / max(len(own), 1)))
+        known = sum(answer.sure and answer.right for answer in own) / max(len(own), 1)
+        each.append(Row(f"{name}: right, of {len(own)} on {link}", known))
     return [
         *shares,
         *each,
