@@ -1,9 +1,12 @@
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 
+from dforc.contacts.location import locate
 from dforc.contacts.skin import SkinContacts
+from dforc.robot_model import RobotModel
 from services.config import load_robot
 from services.core.errors import ConfigError
 from services.model_file import urdf_path
@@ -75,3 +78,21 @@ def test_a_wrong_file_is_refused_by_name(tmp_path: Path, text: str, complaint: s
     with pytest.raises(ConfigError, match=complaint) as refused:
         link_shapes(robot_with(tmp_path, text))
     assert "shapes.toml" in str(refused.value)
+
+
+@pytest.mark.parametrize("link", ["r_upper_arm", "r_forearm", "r_hand"])
+def test_a_push_on_the_hanging_arm_is_found_by_the_icubs_shapes(link: str) -> None:
+    robot = load_robot("icub")
+    urdf = str(urdf_path(robot.robot.urdf))
+    names = ("r_upper_arm", "r_forearm", "r_hand")
+    models = {name: RobotModel(urdf, ("r_elbow",), name, {}) for name in names}
+    poses = {name: model.tip_pose(np.zeros(1)) for name, model in models.items()}
+    posed = link_shapes(robot).only(names).posed_by(poses.__getitem__)
+    own = [i for i, at in enumerate(posed.link_at) if posed.links[at] == link]
+    thick = max(own, key=lambda i: float(posed.radius_m[i]))
+    middle = 0.5 * (posed.start_m[thick] + posed.end_m[thick])
+    push = np.array([0.0, -10.0, 0.0])  # to the robot's left, at its right side
+    sensor = poses["r_upper_arm"][1]
+    found = locate(push, np.cross(middle - sensor, push), sensor, posed)
+    assert (found.link, found.certainty) == (link, "sure")
+    assert found.point_m[1] > middle[1]

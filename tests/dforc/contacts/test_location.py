@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from dforc.arrays import Vector
+from dforc.contacts import location
 from dforc.contacts.location import Location, WrenchNoise, locate
 from dforc.contacts.shapes import LinkCapsule, LinkShapes, PosedShapes
 from dforc.errors import NotFiniteError
@@ -121,3 +122,35 @@ def test_a_wrench_that_is_not_finite_is_refused(bad: float) -> None:
     moment: Vector = np.array([0.0, bad, 0.0])
     with pytest.raises(NotFiniteError):
         locate(np.array([0.0, 0.0, -10.0]), moment, ORIGIN, ARM)
+
+
+def test_lines_enter_capsules_where_small_steps_along_them_do() -> None:
+    generator = np.random.default_rng(5)
+    shapes = posed(rod("a", -0.1, 0.1), rod("ball", 0.05, 0.05, y=0.05))
+    points = generator.uniform(-0.05, 0.05, (200, 3))
+    directions = generator.normal(size=(200, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    s, hit = location._first_crossing(points, directions, shapes)
+    steps = np.arange(-0.4, 0.4, 2e-4)
+    for line in range(200):
+        walked = points[line] + steps[:, None] * directions[line]
+        for capsule, (low, high, y) in enumerate([(-0.1, 0.1, 0.0), (0.05, 0.05, 0.05)]):
+            nearest = np.stack(
+                [np.clip(walked[:, 0], low, high), np.full(len(steps), y), 0.0 * steps], axis=1
+            )
+            inside = np.linalg.norm(walked - nearest, axis=1) < 0.03
+            if inside.sum() > 1:
+                assert hit[line, capsule]
+                assert abs(s[line, capsule] - steps[inside.argmax()]) < 3e-4
+            elif not inside.any() and hit[line, capsule]:  # grazed between two steps
+                on_line = points[line] + s[line, capsule] * directions[line]
+                foot = [np.clip(on_line[0], low, high), y, 0.0]
+                assert np.linalg.norm(on_line - foot) == pytest.approx(0.03, abs=1e-6)
+
+
+def test_answers_to_any_wrench_are_finite() -> None:
+    generator = np.random.default_rng(6)
+    for scale in 10.0 ** generator.uniform(-3, 3, 300):
+        found = locate(scale * generator.normal(size=3), generator.normal(size=3), ORIGIN, ARM)
+        assert np.isfinite(found.point_m).all()
+        assert 0.0 <= found.share <= 1.0
