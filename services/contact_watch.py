@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dforc.arrays import Vector
+from dforc.arrays import Matrix, Vector
 from dforc.contacts.detection import ContactDetector
 from dforc.contacts.location import Location, locate
 from dforc.contacts.shapes import LinkShapes
@@ -40,6 +40,7 @@ class _Watched:
     shapes: LinkShapes | None  # of the links beyond that sensor
     since_ns: int = 0
     touching: bool = False  # by force or by skin
+    model_n: float = 0.0  # what the model alone does not explain at the sensor, N
     found: Location | None = None
     skin: SkinContact | None = None
 
@@ -87,9 +88,16 @@ class ContactWatch:
         estimate: BodyEstimate,
         estimator: WholeBodyEstimator,
         usable: tuple[bool, ...],
+        excess: Matrix,
     ) -> tuple[ContactEstimate, ...]:
-        """Judge one filtered estimate; `usable` says which sensors it stands on."""
+        """Judge one filtered estimate; `usable` says which sensors it stands on.
+
+        `excess` (m, 6) is measured minus predicted without the learner's correction.
+        """
         self._looks += 1
+        for watched in self._watched:
+            row = excess[watched.sensor, :3].tolist() if watched.sensor >= 0 else (0.0,)
+            watched.model_n = math.hypot(*row)
         wrenches, points = estimate.contact_wrenches, estimate.contact_points_m
         return tuple(
             self._judge(now_ns, watched, wrenches[i], points[i], estimator, usable)
@@ -201,7 +209,9 @@ class ContactWatch:
             link = watched.skin.link
         elif watched.found is not None and _is_sure(watched.found):
             link = watched.found.link
-        moved = watched.contact.kind == "wrench" and link not in ("", watched.link)
+        # A touch that only the learner sees moves no torque.
+        seen = watched.skin is not None or watched.model_n >= SIGNIFICANT_N
+        moved = seen and watched.contact.kind == "wrench" and link not in ("", watched.link)
         return Contact(frame=link) if moved else None
 
 

@@ -30,6 +30,7 @@ class KinematicSource:
         self._body = body
         self._name = ""
         self._filter = MatchedFilter(6)
+        self._is_filled = False
 
     def use(self, frame: str) -> None:
         """Take the motion from here from now on."""
@@ -40,6 +41,7 @@ class KinematicSource:
         self.motion = None
         self.trouble = f"no readings of {self._name}" if frame else ""
         self._filter.reset()
+        self._is_filled = False
 
     def take(self, now_ns: int, inputs: Inputs) -> None:
         """Look at what has arrived."""
@@ -51,6 +53,7 @@ class KinematicSource:
             self._accept(now_ns, reading)
         if inputs.age_s(stream) > AGE_S:
             self.trouble, self.motion = f"no readings of {self._name}", None
+            self._is_filled = False
         elif self.motion is None:
             self.trouble = f"readings of {self._name} are not finite"
         else:
@@ -58,7 +61,7 @@ class KinematicSource:
 
     def filtered(self, now_ns: int) -> BaseMotion | None:
         """The motion with the delay of all filtered signals; None where there is none."""
-        if self.motion is None or not self._filter.settled:
+        if self.motion is None or not self._is_filled:
             return None
         return _motion(tuple(self._filter.value(now_ns * NS_TO_S).tolist()))
 
@@ -72,6 +75,7 @@ class KinematicSource:
         if math.isfinite(math.hypot(*values)):
             self.motion = _motion(values)
             self._filter.push(values, now_ns * NS_TO_S)
+            self._is_filled |= self._filter.settled
         else:
             self.motion = None
 

@@ -123,7 +123,7 @@ class SensorTasks:
         """A filtered sample, with what the model says of it."""
         for i, samples in self._sweeps.items():
             channel = self._bank.channels[i]
-            if self._bank.is_heard(i) and channel.settled and len(samples) < SWEEP_MOST:
+            if self._bank.is_filtered(i) and len(samples) < SWEEP_MOST:
                 raw = np.linalg.solve(channel.matrix, channel.filtered(now_s) + channel.offset)
                 samples.append((raw, internal[i].copy()))
 
