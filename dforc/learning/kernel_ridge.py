@@ -31,7 +31,8 @@ class KernelRidge:
         """
         self._lengths = finite_vector("length scales", length_scales, len(length_scales))
         self._regularisation = regularisation
-        self._x: Matrix = np.zeros((0, len(self._lengths)))
+        self._scaled: Matrix = np.zeros((0, len(self._lengths)))
+        self._squares: Vector = np.zeros(0)
         self._dual: Matrix = np.zeros((0, 1))
 
     def fit(self, x: Matrix, y: Matrix) -> "KernelRidge":
@@ -47,9 +48,16 @@ class KernelRidge:
         K = gaussian_kernel(x, x, self._lengths)
         K[np.diag_indices(len(x))] += self._regularisation
         self._dual = cho_solve(cho_factor(K, lower=True, overwrite_a=True), y)
-        self._x = x.copy()
+        self._scaled = x / self._lengths
+        self._squares = (self._scaled * self._scaled).sum(1)
         return self
 
     def predict(self, x: Matrix) -> Matrix:
         """One row of outputs per row of x."""
-        return gaussian_kernel(np.atleast_2d(x), self._x, self._lengths) @ self._dual
+        given = np.atleast_2d(x) / self._lengths
+        K = (given * given).sum(1)[:, None] + self._squares
+        K -= 2.0 * (given @ self._scaled.T)
+        np.maximum(K, 0.0, out=K)
+        K *= -0.5
+        np.exp(K, out=K)
+        return K @ self._dual

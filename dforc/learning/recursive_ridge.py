@@ -9,10 +9,11 @@ together. P is kept as one triangle, updated in place by BLAS. Float64 only: in 
 recursion is wrong in the second digit after some ten thousand samples.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, lapack
+from scipy.linalg import cho_factor, cho_solve, lapack
 from scipy.linalg.blas import dgemv, dger, dsymv, dsyr
 
 from dforc.arrays import ArrayLike, Matrix, Vector, constant
@@ -46,7 +47,7 @@ class RecursiveRidge:
             outputs: number of outputs, which share P.
             regularisation: lambda > 0; noise variance over signal variance of the kernel.
         """
-        if not (np.isfinite(regularisation) and regularisation > 0) or size < 1 or outputs < 1:
+        if not (math.isfinite(regularisation) and regularisation > 0) or size < 1 or outputs < 1:
             raise ShapeError(f"{size} features, {outputs} outputs, lambda {regularisation}")
         self.size = size
         self.outputs = outputs
@@ -86,12 +87,15 @@ class RecursiveRidge:
             NotFiniteError: NaN or infinity in the sample; nothing was changed.
             NotDefiniteError: phi'P phi is not above zero; nothing was changed.
         """
-        error: Vector = y - self.predict(phi)
+        if phi.shape != (self.size,):
+            raise ShapeError(f"features have shape {phi.shape}, expected ({self.size},)")
+        error: Vector = y - dgemv(1.0, self._W, phi, trans=1)
         if error.shape != (self.outputs,):
             raise ShapeError(f"outputs have shape {np.shape(y)}, expected ({self.outputs},)")
         k: Vector = dsymv(1.0, self._P, phi, lower=1)
         variance = float(phi.dot(k))
-        if not np.isfinite(variance + error.dot(error)):
+        # NaN or infinity in phi is in k too: two sums tell of the whole sample
+        if not math.isfinite(variance + error.dot(error)):
             raise NotFiniteError("a sample is not finite")
         if variance <= 0.0 and phi.any():
             raise NotDefiniteError(f"phi'P phi = {variance:g} after {self.samples} samples")
@@ -156,5 +160,5 @@ class RecursiveRidge:
 def batch_weights(phi: Matrix, y: Matrix, regularisation: float) -> Matrix:
     """The ridge solution W (size, outputs) of all rows at once, read-only."""
     A = phi.T @ phi + regularisation * np.eye(phi.shape[1])
-    weights: Matrix = np.linalg.solve(A, phi.T @ y)
+    weights: Matrix = cho_solve(cho_factor(A), phi.T @ y)
     return constant(weights)

@@ -47,7 +47,7 @@ class ArmTask:
     drawing: Vector  # (26,)
 
     def error(self, errors: Matrix) -> float:
-        """Mean square over the variance (nMSE) of the whole test, averaged over the six channels."""
+        """Mean square over variance of the whole test (nMSE), averaged over the six channels."""
         return float(((errors**2).mean(0) / self.test.y.var(0)).mean())
 
     def curve(self, errors: Matrix) -> Vector:
