@@ -10,6 +10,8 @@ What no gate can tell from dynamics: a push that stays below the thresholds, and
 slowly that the learner follows it (slower than threshold per memory), as long as the whole of what
 was learned beyond the rigid-body model stays below `model_n`. Above that the gate closes however
 slow the push was. Skin or contact detection, where there is any, closes it by `touched`.
+Nor can it tell the end of a push from an arm that went to unknown postures meanwhile: it then stays
+closed, until the residual falls or `release` says that nothing touches.
 """
 
 from dataclasses import dataclass
@@ -68,6 +70,11 @@ class UpdateGate:
         if not self.open and self._calm >= limits.quiet:
             self.open = True
         return self.open
+
+    def release(self) -> None:
+        """Open it by hand: somebody knows that nothing touches the robot."""
+        self.open = True
+        self._calm = 0
 
 
 class Learner(Protocol[StateT]):

@@ -60,4 +60,5 @@ class KernelRidge:
         np.maximum(K, 0.0, out=K)
         K *= -0.5
         np.exp(K, out=K)
-        return K @ self._dual
+        outputs: Matrix = K @ self._dual
+        return outputs

@@ -89,15 +89,17 @@ class RecursiveRidge:
         """
         if phi.shape != (self.size,):
             raise ShapeError(f"features have shape {phi.shape}, expected ({self.size},)")
+        square = phi.dot(phi)  # a NaN or an infinity survives it
+        if not math.isfinite(square):
+            raise NotFiniteError("the features are not finite")
         error: Vector = y - dgemv(1.0, self._W, phi, trans=1)
         if error.shape != (self.outputs,):
             raise ShapeError(f"outputs have shape {np.shape(y)}, expected ({self.outputs},)")
         k: Vector = dsymv(1.0, self._P, phi, lower=1)
         variance = float(phi.dot(k))
-        # NaN or infinity in phi is in k too: two sums tell of the whole sample
-        if not math.isfinite(variance + error.dot(error)):
-            raise NotFiniteError("a sample is not finite")
-        if variance <= 0.0 and phi.any():
+        if not math.isfinite(error.dot(error)):
+            raise NotFiniteError("the outputs are not finite")
+        if not variance > 0.0 and square > 0.0:
             raise NotDefiniteError(f"phi'P phi = {variance:g} after {self.samples} samples")
         gain = 1.0 / (1.0 + variance)
         self._W = dger(gain, k, error, a=self._W, overwrite_a=1)
