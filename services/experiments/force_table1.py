@@ -17,12 +17,12 @@ from rich.table import Table
 from services.config import load_robot
 from services.core.errors import ConfigError
 from services.experiments import icubdyn
-from services.experiments.arm_learning import ArmTask, load_task
+from services.experiments.arm_learning import load_task
 from services.experiments.free_recording import record
-from services.experiments.identified_arm import identified_nmse
 from services.experiments.paper_table1 import PAPER
+from services.experiments.recorded_arm import RIGHT, absent, bars, is_at_hand
 from services.experiments.reporting import Tell, tell_motion, working
-from services.experiments.rows import Row, at_least, at_most, publish, write
+from services.experiments.rows import Row, at_most, publish, write
 from services.experiments.wrench_errors import (
     COMPONENTS,
     UNITS,
@@ -35,10 +35,6 @@ from services.experiments.wrench_errors import (
 from services.robot_tables import RobotFile
 
 SECONDS, SHORT_SECONDS = 30.0, 6.0
-BARS = (0.80, 0.72, 0.40, 0.070, 0.058, 0.050)  # std on the recording: N, Nm
-RIGHT, WRONG = "iCubLisboa01", "iCubGazeboV2_5"
-WORSE = 3.0  # times the error, by which a model of another generation is found out
-IDENTIFIED_NMSE = 0.0170
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,7 +61,7 @@ def force_table1(
         ConfigError: the robot has no force/torque sensor, or `data` is not the recording.
         ServiceError: the emulated robot did not carry the motion through.
     """
-    recording = icubdyn.load(data) if data is not None or icubdyn.is_here() else None
+    recording = icubdyn.load(data) if is_at_hand(data) else None
     robot_file = load_robot(robot)
     if not limbs(robot_file):
         raise ConfigError(f"--robot {robot}: no force/torque sensor among its parts")
@@ -80,13 +76,13 @@ def force_table1(
             tell("predicting the recording")
             real = Errors("right_arm", "recorded", of_recording(recording, RIGHT))
             errors.append(real)
-            rows += [*_rows(real), *_recorded(real.compared, recording, load_task(data))]
+            rows += [*_rows(real), *bars(real.compared, recording, load_task(data))]
     console.print(table(errors))
     for line in interpretation(errors):
         console.print(line, soft_wrap=True)
     if recording is None:
-        absent = f"not here; --data FILE names it ({icubdyn.SOURCE})"
-        rows.append(Row("recording of a real right arm", absent))
+        rows.append(absent())
+        console.print(f"Recorded: {absent().value}", soft_wrap=True)
     if json is not None:
         write(rows, json)
     return publish("against the bars", [row for row in rows if row.holds is not None], None)
@@ -185,23 +181,6 @@ def _beside_paper(errors: Errors) -> list[Row]:
     return [
         at_most(f"{name}: largest std, of the paper's", ratio, "times", 1.0),
         at_most(f"{name}: contacts found where there are none", compared.touched, "rows", 0),
-    ]
-
-
-def _recorded(right: Comparison, recording: icubdyn.Recording, task: ArmTask) -> list[Row]:
-    """The bars of the recording: CAD, another generation's CAD, identified parameters."""
-    rows = [
-        at_most(f"right_arm, recorded: {component}, std", float(right.std[i]), UNITS[i], BARS[i])
-        for i, component in enumerate(COMPONENTS)
-    ]
-    wrong = of_recording(recording, WRONG)
-    once, online = identified_nmse(task)
-    return [
-        *rows,
-        Row(f"right_arm, recorded: nMSE of {WRONG}", wrong.nmse),
-        at_least(f"nMSE of {WRONG} against {RIGHT}", wrong.nmse / right.nmse, "times", WORSE),
-        at_most("nMSE, parameters identified on the training rows", once, "", IDENTIFIED_NMSE),
-        at_most("nMSE, parameters identified online", online, "", IDENTIFIED_NMSE),
     ]
 
 

@@ -12,7 +12,6 @@ from services.config import load_robot
 from services.experiments import icubdyn
 from services.experiments.arm_learning import load_task
 from services.experiments.force_table1 import (
-    BARS,
     Errors,
     force_table1,
     interpretation,
@@ -21,6 +20,7 @@ from services.experiments.force_table1 import (
 from services.experiments.icubdyn import Recording
 from services.experiments.identified_arm import identified_nmse
 from services.experiments.paper_table1 import PAPER
+from services.experiments.recorded_arm import BARS, recorded_rows
 from services.experiments.wrench_errors import Comparison, limbs, of_recording
 
 here = pytest.mark.skipif(not icubdyn.is_here(), reason="the recording icubdyn.tgz is not here")
@@ -65,6 +65,22 @@ def test_identified_parameters_are_better_than_the_drawing() -> None:
     once, online = identified_nmse(load_task())
     assert once <= 0.0170
     assert online <= once
+
+
+@here
+def test_every_bar_of_the_recording_holds() -> None:
+    rows = recorded_rows()
+    assert [row.holds for row in rows].count(True) == 9
+    assert not any(row.holds is False for row in rows)
+
+
+def test_a_recording_that_is_not_here_is_one_row_that_says_how_to_name_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(icubdyn, "DEFAULT_ARCHIVE", tmp_path / "icubdyn.tgz")
+    (row,) = recorded_rows()
+    assert row.holds is None
+    assert str(row.value).startswith("not here; --data FILE names it")
 
 
 def test_mean_spread_and_nmse_of_known_errors() -> None:
