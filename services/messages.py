@@ -100,6 +100,7 @@ class JointCommand(Message, frozen=True, kw_only=True):
     q_rad: Floats = ()
     dq_rad_s: Floats = ()
     tau_nm: Floats = ()
+    joints: tuple[str, ...] = ()  # of the part, that the values belong to; empty = all
 
 
 class Goal(Message, frozen=True, kw_only=True):

@@ -173,6 +173,12 @@ class RobotService(Service):
         if command.stamp_ns - now_ns > COMMAND_AGE_NS:  # taken in, it would shut out all others
             self._refusals["command from the future"] += 1
             return
+        if command.joints:
+            named = {name: j for j, name in zip(joints, self._robot.parts[part], strict=True)}
+            if not named.keys() >= set(command.joints):
+                self._refusals[f"command for joints that {part} has not got"] += 1
+                return
+            joints = [named[name] for name in command.joints]
         self._newest_command_ns[part] = command.stamp_ns
         if command.mode == "direct":
             self._hal.set_positions(joints, command.q_rad)

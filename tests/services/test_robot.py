@@ -69,10 +69,17 @@ class Desk:
         self.simulation.executor.run(0.05)
         return reply
 
-    def command(self, *, age_ns: int = 0, mode: str = "direct", q_rad: tuple[float, ...]) -> None:
+    def command(
+        self,
+        *,
+        age_ns: int = 0,
+        mode: str = "direct",
+        q_rad: tuple[float, ...],
+        joints: tuple[str, ...] = (),
+    ) -> None:
         self.operator.orders.append(
             lambda now_ns, outputs: outputs.put(
-                ARM, JointCommand(stamp_ns=now_ns - age_ns, mode=mode, q_rad=q_rad)
+                ARM, JointCommand(stamp_ns=now_ns - age_ns, mode=mode, q_rad=q_rad, joints=joints)
             )
         )
         self.simulation.executor.run(0.3)
@@ -98,6 +105,19 @@ def test_good_command_moves_the_arm(desk: Desk) -> None:
     desk.command(q_rad=tuple(q.tolist()))
     desk.simulation.executor.run(1.0)
     assert desk.arm_deg()[3] == pytest.approx(math.degrees(q[3]), abs=0.3)
+
+
+def test_command_for_one_joint_leaves_the_others_where_they_are(desk: Desk) -> None:
+    before = desk.arm_deg()
+    desk.command(q_rad=(math.radians(before[3] - 3.0),), joints=("r_elbow",))
+    desk.simulation.executor.run(1.0)
+    expected = [*before[:3], before[3] - 3.0, *before[4:]]
+    assert desk.arm_deg() == pytest.approx(expected, abs=0.3)
+
+
+def test_command_for_a_joint_of_another_part_is_refused_by_name(desk: Desk) -> None:
+    desk.command(q_rad=(0.1,), joints=("torso_yaw",))
+    assert desk.refusals()["command for joints that right_arm has not got"] == 1
 
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf")])
