@@ -25,7 +25,7 @@ from services.shape_tables import link_shapes
 
 FORCE_N = (5.0, 20.0)
 CONE_RAD = math.radians(30.0)
-CONTACTS = 1500
+CONTACTS = 1000
 SEED = 21
 SENSOR = WrenchNoise()
 # Of one component: root mean square error of the learner and of CAD on the real recording.
@@ -259,7 +259,7 @@ def _rows(limb: Limb, found: Sequence[Answer], label: str, *, bars: bool = False
     apart = [float(np.linalg.norm(a.location.point_m - a.contact.point_m)) for a in right]
     shares = [
         at_least(f"{name}: right link, of all", share, "", 0.9)
-        if bars
+        if bars and limb is ARM
         else Row(f"{name}: right link, of all", share),
         at_least(f"{name}: right link, of the answered", of_sure, "", 0.9)
         if bars
