@@ -60,7 +60,7 @@ class BodyEstimate:
 
     @property
     def poses(self) -> Matrix:
-        """Every body's rotation (9, row by row) and origin (3) in the base frame."""
+        """Every body's rotation (9, column by column) and origin (3) in the base frame."""
         return self.numbers[self.plan.layout.poses].reshape(-1, 12)
 
     @property

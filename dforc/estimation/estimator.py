@@ -32,6 +32,7 @@ from dforc.estimation.tree_model import TreeModel
 MOST_PLANS = 64
 
 Mask = NDArray[np.bool_]
+Given = tuple[Vector, Vector, Vector, Matrix]
 
 
 class WholeBodyEstimator:
@@ -103,7 +104,15 @@ class WholeBodyEstimator:
             self._ready = self._ready_for(self.assumption, mask)
             self._mask = mask
         ready = self._ready
-        numbers = self._run(ready, (q_rad, dq_rad_s, ddq_rad_s2, wrenches), imu)
+        if imu is not None or ready.plan.source_body >= 0:
+            _set_motion(ready, imu)
+        numbers: Vector = np.empty(ready.size)
+        try:
+            status = ready.run(q_rad, dq_rad_s, ddq_rad_s2, wrenches, numbers)
+        except TypeError:  # lists, other number types, read-only or strided arrays
+            status = _run_copies(ready, (q_rad, dq_rad_s, ddq_rad_s2, wrenches), numbers)
+        if status != DONE:
+            _refuse(self.model, status, (q_rad, dq_rad_s, ddq_rad_s2, wrenches))
         self._poses = numbers
         return BodyEstimate(ready.plan, numbers)
 
@@ -115,14 +124,13 @@ class WholeBodyEstimator:
         imu: BaseMotion | None = None,
     ) -> Matrix:
         """Every sensor's reading (m, 6) if nothing touched the robot, in the sensor frames."""
-        given = (q_rad, dq_rad_s, ddq_rad_s2, self._unread)
-        numbers = self._run(self._free, given, imu)
-        return BodyEstimate(self._free.plan, numbers).internal
+        if imu is not None or self._free.plan.source_body >= 0:
+            _set_motion(self._free, imu)
+        return self._run(self._free, (q_rad, dq_rad_s, ddq_rad_s2)).internal
 
     def gravity(self, q_rad: Vector) -> Vector:
         """Torques (n,) that hold the robot still, its base upright and nothing touching it."""
-        numbers = self._run(self._upright, (q_rad, self._still, self._still, self._unread), None)
-        return BodyEstimate(self._upright.plan, numbers).tau_nm
+        return self._run(self._upright, (q_rad, self._still, self._still)).tau_nm
 
     def centre_of_mass(self, q_rad: Vector) -> Vector:
         """Centre of mass of the whole robot (3,), base frame, m."""
@@ -140,24 +148,14 @@ class WholeBodyEstimator:
         """Jacobian (6, n) of a point of a frame in the last estimate: linear rows, then angular."""
         return geometry.jacobian(self.model, self._last_poses(), name, point_m)
 
-    def _run(
-        self,
-        ready: Prepared,
-        given: tuple[Vector, Vector, Vector, Matrix],
-        imu: BaseMotion | None,
-    ) -> Vector:
-        if imu is not None or ready.plan.source_body >= 0:
-            _set_motion(ready, imu)
+    def _run(self, ready: Prepared, motion: tuple[Vector, Vector, Vector]) -> BodyEstimate:
+        """Without sensors; nothing is remembered."""
+        given = (*motion, self._unread)
         numbers: Vector = np.empty(ready.size)
-        q, dq, ddq, wrenches = given
-        try:
-            status = ready.run(q, dq, ddq, wrenches, numbers)
-        except TypeError:  # lists, other number types, read-only or strided arrays
-            q, dq, ddq, wrenches = (np.array(part, dtype=np.float64) for part in given)
-            status = ready.run(q, dq, ddq, wrenches, numbers)
+        status = _run_copies(ready, given, numbers)
         if status != DONE:
             _refuse(self.model, status, given)
-        return numbers
+        return BodyEstimate(ready.plan, numbers)
 
     def _ready_for(self, assumption: Assumption, mask: bytes) -> Prepared:
         key = assumption, mask
@@ -205,6 +203,11 @@ def _set_motion(ready: Prepared, imu: BaseMotion | None) -> None:
     ready.motion[:3] = imu.omega_rad_s
     ready.motion[3:6] = imu.domega_rad_s2
     ready.motion[6:] = imu.acceleration_m_s2
+
+
+def _run_copies(ready: Prepared, given: Given, numbers: Vector) -> int:
+    q, dq, ddq, wrenches = (np.array(part, dtype=np.float64) for part in given)
+    return ready.run(q, dq, ddq, wrenches, numbers)
 
 
 def _refuse(model: TreeModel, status: int, given: tuple[Vector, Vector, Vector, Matrix]) -> None:

@@ -1,6 +1,6 @@
 """Frames, Jacobians and the centre of mass, from the poses of all bodies.
 
-Poses have a row for each body: its rotation (9, row by row) and its origin (3) in the base frame.
+Poses have a row for each body: its rotation (9, column by column) and its origin (3).
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from dforc.estimation.tree_model import TreeModel
 def frame_pose(model: TreeModel, poses: Matrix, name: str) -> tuple[Matrix, Vector]:
     """Rotation (3x3) and position (3, m) of a link or frame in the base frame."""
     body, R, p = model.frame(name)
-    turn = poses[body, :9].reshape(3, 3)
+    turn = poses[body, :9].reshape(3, 3).T
     return turn @ R, poses[body, 9:] + turn @ p
 
 
@@ -47,13 +47,13 @@ def centre_of_mass_jacobian(model: TreeModel, poses: Matrix) -> Matrix:
 def _axes(model: TreeModel, poses: Matrix) -> tuple[Matrix, Matrix]:
     """Axis and origin (n, 3) of every joint in the base frame."""
     mine = poses[model.body_of_joint]
-    turns = mine[:, :9].reshape(-1, 3, 3)
+    turns = mine[:, :9].reshape(-1, 3, 3).transpose(0, 2, 1)
     axes: Matrix = (turns @ model.axis[model.body_of_joint][:, :, None])[:, :, 0]
     return axes, mine[:, 9:]
 
 
 def _centres(model: TreeModel, poses: Matrix) -> Matrix:
     """Centre of mass of every body (bodies, 3) in the base frame."""
-    turns = poses[:, :9].reshape(-1, 3, 3)
+    turns = poses[:, :9].reshape(-1, 3, 3).transpose(0, 2, 1)
     centres: Matrix = poses[:, 9:] + (turns @ model.centre[:, :, None])[:, :, 0]
     return centres

@@ -3,44 +3,34 @@
 All vectors are in base axes and all moments about the base's origin, so that wrenches of bodies,
 sub-trees and sub-models are plain sums (eqs. 8 to 10 of the force control paper, with the moment
 taken about one point). The base accelerates with minus gravity, so gravity needs no term of its
-own. The order of the tables is that of tables.py.
+own. The order of the tables is that of tables.py. A body's row holds its constants and, behind
+them, room: motion (MOVE: omega, alpha, acceleration), wrench needed (NEED) and given (GIVEN).
+A pose is three columns of a rotation and an origin, as pinocchio keeps it.
 """
 
 import math
 
 from dforc.arrays import Matrix, Vector
 from dforc.compiled import compiled
-from dforc.estimation.tree_model import Indices
+from dforc.estimation.tree_model import Places
 
 GRAVITY_M_S2 = 9.81
-LARGEST = 1.7e308
-BODY_NUMBERS = 43
-DONE, NOT_FINITE, WRONG_SHAPE, TOO_LARGE = range(4)
-
-
-@compiled
-def place(q: Vector, parent: Indices, joint: Indices, bodies: Matrix, poses: Matrix) -> None:
-    """Rotation (9, row by row) and origin (3) of every body in the base."""
-    for k in range(12):
-        poses[0, k] = 1.0 if k == 0 or k == 4 or k == 8 else 0.0
-    for i in range(1, bodies.shape[0]):
-        sine, cosine = 0.0, 1.0
-        if joint[i] >= 0:
-            sine, cosine = math.sin(q[joint[i]]), math.cos(q[joint[i]])
-        row, above, pose = bodies[i], poses[parent[i]], poses[i]
-        for r in range(3):
-            a, b, c = above[3 * r], above[3 * r + 1], above[3 * r + 2]
-            for k in range(3):
-                x = row[k] + sine * row[9 + k] + cosine * row[18 + k]
-                y = row[3 + k] + sine * row[12 + k] + cosine * row[21 + k]
-                z = row[6 + k] + sine * row[15 + k] + cosine * row[24 + k]
-                pose[3 * r + k] = a * x + b * y + c * z
-            pose[9 + r] = above[9 + r] + a * row[27] + b * row[28] + c * row[29]
+MOVE, NEED, GIVEN = 43, 52, 58
 
 
 @compiled
 def turned(pose: Vector, x: float, y: float, z: float) -> tuple[float, float, float]:
     """A vector of a body in base axes."""
+    return (
+        pose[0] * x + pose[3] * y + pose[6] * z,
+        pose[1] * x + pose[4] * y + pose[7] * z,
+        pose[2] * x + pose[5] * y + pose[8] * z,
+    )
+
+
+@compiled
+def turned_back(pose: Vector, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """A vector in base axes in a body's own."""
     return (
         pose[0] * x + pose[1] * y + pose[2] * z,
         pose[3] * x + pose[4] * y + pose[5] * z,
@@ -49,13 +39,22 @@ def turned(pose: Vector, x: float, y: float, z: float) -> tuple[float, float, fl
 
 
 @compiled
-def turned_back(pose: Vector, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """A vector in base axes in a body's own."""
-    return (
-        pose[0] * x + pose[3] * y + pose[6] * z,
-        pose[1] * x + pose[4] * y + pose[7] * z,
-        pose[2] * x + pose[5] * y + pose[8] * z,
-    )
+def place(q: Vector, links: Places, bodies: Matrix, poses: Matrix) -> None:
+    """Rotation and origin of every body in the base."""
+    for k in range(12):
+        poses[0, k] = 1.0 if k == 0 or k == 4 or k == 8 else 0.0
+    for i in range(1, bodies.shape[0]):
+        sine, cosine, j = 0.0, 1.0, links[i, 1]
+        if j >= 0:
+            sine, cosine = math.sin(q[j]), math.cos(q[j])
+        row, above, pose = bodies[i], poses[links[i, 0]], poses[i]
+        for k in range(3):
+            x = row[k] + sine * row[9 + k] + cosine * row[18 + k]
+            y = row[3 + k] + sine * row[12 + k] + cosine * row[21 + k]
+            z = row[6 + k] + sine * row[15 + k] + cosine * row[24 + k]
+            pose[3 * k], pose[3 * k + 1], pose[3 * k + 2] = turned(above, x, y, z)
+        x, y, z = turned(above, row[27], row[28], row[29])
+        pose[9], pose[10], pose[11] = above[9] + x, above[10] + y, above[11] + z
 
 
 @compiled
@@ -82,34 +81,35 @@ def carried(
 @compiled
 def base_motion(
     source: Vector,
-    motion: Vector,
     body: int,
     rates: tuple[Vector, Vector],
-    tree: tuple[Indices, Indices, Matrix, Matrix],
-    moves: Matrix,
+    tree: tuple[Places, Matrix, Matrix],
 ) -> None:
-    """Motion of the base: none, or from the source inwards along its supports (eq. 8, reversed)."""
-    parent, joint, bodies, poses = tree
+    """Motion of the base: none, or from the source inwards along its supports (eq. 8, reversed).
+
+    `source` is the rotation (9) and the origin (3) of the source on its body, and its motion (9).
+    """
+    links, bodies, poses = tree
     dq, ddq = rates
-    base = moves[0]
+    base = bodies[0, MOVE:NEED]
     for k in range(9):
         base[k] = 0.0
     base[8] = GRAVITY_M_S2
     if body < 0:
         return
-    R, pose = source[:9], poses[body]
-    lx, ly, lz = turned(R, motion[0], motion[1], motion[2])
+    pose, motion = poses[body], source[12:]
+    lx, ly, lz = turned(source, motion[0], motion[1], motion[2])
     wx, wy, wz = turned(pose, lx, ly, lz)
-    lx, ly, lz = turned(R, motion[3], motion[4], motion[5])
+    lx, ly, lz = turned(source, motion[3], motion[4], motion[5])
     ax, ay, az = turned(pose, lx, ly, lz)
-    lx, ly, lz = turned(R, motion[6], motion[7], motion[8])
+    lx, ly, lz = turned(source, motion[6], motion[7], motion[8])
     vx, vy, vz = turned(pose, lx, ly, lz)
     rx, ry, rz = turned(pose, source[9], source[10], source[11])
     ux, uy, uz = carried(ax, ay, az, wx, wy, wz, rx, ry, rz)
     vx, vy, vz = vx - ux, vy - uy, vz - uz
     while body > 0:
-        row, pose, above = bodies[body], poses[body], poses[parent[body]]
-        j = joint[body]
+        above, j = poses[links[body, 0]], links[body, 1]
+        row, pose = bodies[body], poses[body]
         if j >= 0:
             nx, ny, nz = turned(pose, row[30], row[31], row[32])
             wx, wy, wz = wx - dq[j] * nx, wy - dq[j] * ny, wz - dq[j] * nz
@@ -119,27 +119,25 @@ def base_motion(
         rx, ry, rz = pose[9] - above[9], pose[10] - above[10], pose[11] - above[11]
         ux, uy, uz = carried(ax, ay, az, wx, wy, wz, rx, ry, rz)
         vx, vy, vz = vx - ux, vy - uy, vz - uz
-        body = parent[body]
+        body = links[body, 0]
     base[0], base[1], base[2] = wx, wy, wz
     base[3], base[4], base[5] = ax, ay, az
     base[6], base[7], base[8] = vx, vy, vz
 
 
 @compiled
-def move(
-    dq: Vector, ddq: Vector, tree: tuple[Indices, Indices, Matrix, Matrix], moves: Matrix
-) -> None:
+def move(dq: Vector, ddq: Vector, tree: tuple[Places, Matrix, Matrix]) -> None:
     """Angular velocity, its rate, and acceleration of the origin of every body (eq. 8)."""
-    parent, joint, bodies, poses = tree
+    links, bodies, poses = tree
     for i in range(1, bodies.shape[0]):
-        row, pose, mine = bodies[i], poses[i], moves[i]
-        above, before = moves[parent[i]], poses[parent[i]]
+        parent, j = links[i, 0], links[i, 1]
+        row, pose, mine = bodies[i], poses[i], bodies[i, MOVE:NEED]
+        above, before = bodies[parent, MOVE:NEED], poses[parent]
         wx, wy, wz = above[0], above[1], above[2]
         ax, ay, az = above[3], above[4], above[5]
         rx, ry, rz = pose[9] - before[9], pose[10] - before[10], pose[11] - before[11]
         ux, uy, uz = carried(ax, ay, az, wx, wy, wz, rx, ry, rz)
         mine[6], mine[7], mine[8] = above[6] + ux, above[7] + uy, above[8] + uz
-        j = joint[i]
         if j >= 0:
             nx, ny, nz = turned(pose, row[30], row[31], row[32])
             ax += ddq[j] * nx + dq[j] * (wy * nz - wz * ny)
@@ -168,10 +166,11 @@ def spin_moment(
 
 
 @compiled
-def need(bodies: Matrix, poses: Matrix, moves: Matrix, parent: Indices, G: Matrix) -> None:
+def need(links: Places, bodies: Matrix, poses: Matrix) -> None:
     """Wrench that every sub-tree needs for its motion, about the base's origin (eqs. 9, 10)."""
     for i in range(bodies.shape[0]):
-        row, pose, mine, total = bodies[i], poses[i], moves[i], G[i]
+        row, pose = bodies[i], poses[i]
+        mine, total = row[MOVE:NEED], row[NEED:GIVEN]
         wx, wy, wz = mine[0], mine[1], mine[2]
         ax, ay, az = mine[3], mine[4], mine[5]
         cx, cy, cz = turned(pose, row[34], row[35], row[36])
@@ -186,4 +185,4 @@ def need(bodies: Matrix, poses: Matrix, moves: Matrix, parent: Indices, G: Matri
         total[5] = gz + cx * fy - cy * fx
     for i in range(bodies.shape[0] - 1, 0, -1):
         for k in range(6):
-            G[parent[i], k] += G[i, k]
+            bodies[links[i, 0], NEED + k] += bodies[i, NEED + k]

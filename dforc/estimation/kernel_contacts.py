@@ -11,32 +11,41 @@ import math
 
 from dforc.arrays import Matrix, Vector
 from dforc.compiled import compiled
-from dforc.estimation.tree_model import Indices
+from dforc.estimation.tree_model import Indices, Places
 
 LEVER_M = 0.1
 RANK_TOLERANCE = 1e-4
-NOTHING, MAINSTAY, WRENCH, FORCE, DIRECTION, SEVERAL = 0, 1, 2, 3, 4, 5
+FORCE, DIRECTION, SEVERAL = 3, 4, 5
 SWEEPS = 30
 ROUNDING = 1e-15
 VANISHING = 1e-28  # of the squared norm: rounding of what is zero
 
 
 @compiled
+def shift(missing: Vector, point: Vector, found: Vector) -> None:
+    """The one whole wrench of a sub-model: what is missing, about its point."""
+    fx, fy, fz = missing[0], missing[1], missing[2]
+    found[0], found[1], found[2] = fx, fy, fz
+    found[3] = missing[3] - (point[1] * fz - point[2] * fy)
+    found[4] = missing[4] - (point[2] * fx - point[0] * fz)
+    found[5] = missing[5] - (point[0] * fy - point[1] * fx)
+
+
+@compiled
 def solve_sub_model(
     method: int,
     members: Indices,
-    unknowns: Indices,
+    contacts: Places,
     places: tuple[Matrix, Matrix],
     missing: Vector,
     scratch: tuple[Matrix, Matrix],
     wrenches: Matrix,
     numbers: Vector,
 ) -> None:
-    """Fill in the wrenches of the members, the residual (6, about the reference) and the rank.
+    """Fill in what is no single whole wrench: wrenches, residual about the reference, rank.
 
     `numbers` holds the reference point in its moments when called; `missing` is about the origin.
     """
-    directions = places[1]
     rx, ry, rz = numbers[3], numbers[4], numbers[5]
     fx, fy, fz = missing[0], missing[1], missing[2]
     mx = missing[3] - (ry * fz - rz * fy)
@@ -47,20 +56,15 @@ def solve_sub_model(
         target = scratch[1][6]
         target[0], target[1], target[2] = fx, fy, fz
         target[3], target[4], target[5] = mx / LEVER_M, my / LEVER_M, mz / LEVER_M
-        numbers[6] = solve_several(members, unknowns, places, scratch, wrenches, numbers)
+        numbers[6] = solve_several(members, contacts, places, scratch, wrenches, numbers)
         return
-    if method == WRENCH:
-        found = wrenches[members[0]]
-        found[0], found[1], found[2], found[3], found[4], found[5] = fx, fy, fz, mx, my, mz
-        fx, fy, fz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        rank = 6
-    elif method == FORCE:
+    if method == FORCE:
         found = wrenches[members[0]]
         found[0], found[1], found[2] = fx, fy, fz
         fx, fy, fz = 0.0, 0.0, 0.0
         rank = 3
     elif method == DIRECTION:
-        found, n = wrenches[members[0]], directions[members[0]]
+        found, n = wrenches[members[0]], places[1][members[0], 6:9]
         size = n[0] * fx + n[1] * fy + n[2] * fz
         found[0], found[1], found[2] = size * n[0], size * n[1], size * n[2]
         fx, fy, fz = fx - found[0], fy - found[1], fz - found[2]
@@ -73,7 +77,7 @@ def solve_sub_model(
 @compiled
 def solve_several(
     members: Indices,
-    unknowns: Indices,
+    contacts: Places,
     places: tuple[Matrix, Matrix],
     scratch: tuple[Matrix, Matrix],
     wrenches: Matrix,
@@ -81,17 +85,17 @@ def solve_several(
 ) -> int:
     """Several contacts in one sub-model: least squares of least norm. Returns the rank."""
     W, V = scratch
-    rows = fill(members, unknowns, places, numbers, W)
+    rows = fill(members, contacts, places, numbers, W)
     diagonalise(W, V, rows)
     rank = invert(W, V, rows, numbers)
     row = 0
     for i in members:
-        found, n = wrenches[i], places[1][i]
-        for k in range(unknowns[i]):
+        found, n = wrenches[i], places[1][i, 6:9]
+        for k in range(contacts[i, 1]):
             value = 0.0
             for c in range(6):
                 value += W[row, c] * V[8, c]
-            if unknowns[i] == 1:
+            if contacts[i, 1] == 1:
                 found[0], found[1], found[2] = value * n[0], value * n[1], value * n[2]
             else:
                 found[k] = value if k < 3 else value * LEVER_M
@@ -126,19 +130,19 @@ def invert(W: Matrix, V: Matrix, rows: int, numbers: Vector) -> int:
 @compiled
 def fill(
     members: Indices,
-    unknowns: Indices,
+    contacts: Places,
     places: tuple[Matrix, Matrix],
     numbers: Vector,
     W: Matrix,
 ) -> int:
     """A row of W for each unknown: its wrench about the reference. Returns how many there are."""
-    points, directions = places
+    points, table = places
     row = 0
     for i in members:
         x = (points[i, 0] - numbers[3]) / LEVER_M
         y = (points[i, 1] - numbers[4]) / LEVER_M
         z = (points[i, 2] - numbers[5]) / LEVER_M
-        for k in range(unknowns[i]):
+        for k in range(contacts[i, 1]):
             for c in range(6):
                 W[row, c] = 0.0
             if k >= 3:
@@ -146,8 +150,8 @@ def fill(
                 row += 1
                 continue
             nx, ny, nz = 0.0, 0.0, 0.0
-            if unknowns[i] == 1:
-                nx, ny, nz = directions[i, 0], directions[i, 1], directions[i, 2]
+            if contacts[i, 1] == 1:
+                nx, ny, nz = table[i, 6], table[i, 7], table[i, 8]
             elif k == 0:
                 nx = 1.0
             elif k == 1:

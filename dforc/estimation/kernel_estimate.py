@@ -1,27 +1,17 @@
-"""The compiled estimate: reads the tables, runs the passes, writes one flat vector of results.
-
-The order of the tables is that of tables.py, the order of the results that of plan.Layout.
-"""
+"""The compiled estimate: reads the tables, runs the passes, writes one flat vector of results."""
 
 from dforc.arrays import Matrix, Vector
 from dforc.compiled import compiled
 from dforc.estimation.kernel import base_motion, move, need, place, turned, turned_back
-from dforc.estimation.kernel_contacts import solve_sub_model
-from dforc.estimation.kernel_views import (
-    contacts_of,
-    cuts_of,
-    given_of,
-    results_of,
-    room_of,
-    sub_models_of,
-    tree_of,
-)
-from dforc.estimation.tree_model import Indices
+from dforc.estimation.kernel_contacts import shift, solve_sub_model
+from dforc.estimation.kernel_views import plan_of, results_of, room_of, scratch_of, tree_of
+from dforc.estimation.tree_model import Indices, Places
 
 LARGEST = 1.0e300
 DONE, NOT_FINITE, WRONG_SHAPE, TOO_LARGE = 0, 1, 2, 3
-MAINSTAY = 1
+MAINSTAY, WRENCH = 1, 2
 BODIES, JOINTS, SENSORS, SOURCE = 0, 1, 2, 6
+NEED, GIVEN, END = 52, 58, 64
 
 
 @compiled
@@ -35,14 +25,14 @@ def is_strange(values: Vector) -> bool:
 
 @compiled
 def is_finite(
-    q: Vector, dq: Vector, ddq: Vector, wrenches: Matrix, cuts: Indices, motion: Vector
+    q: Vector, dq: Vector, ddq: Vector, wrenches: Matrix, sensors: Places, source: Vector
 ) -> bool:
     """Whether everything that will be read is a number; sensors that are not valid are not."""
-    if is_strange(q) or is_strange(dq) or is_strange(ddq) or is_strange(motion):
+    if is_strange(q) or is_strange(dq) or is_strange(ddq) or is_strange(source):
         return False
     strange = 0
     for s in range(wrenches.shape[0]):
-        if cuts[s] >= 0:
+        if sensors[s, 1] >= 0:
             strange |= is_strange(wrenches[s])
     return strange == 0
 
@@ -50,66 +40,59 @@ def is_finite(
 @compiled
 def at_sensors(
     wrenches: Matrix,
-    sensor_body: Indices,
-    cuts: Indices,
+    sensors: Places,
+    bodies: Matrix,
     poses: Matrix,
-    G: Matrix,
-    beyond: Matrix,
+    sub_models: Matrix,
     internal: Matrix,
 ) -> None:
     """Each sensor's reading without contacts, and what the world exerts beyond a valid one."""
-    for s in range(sensor_body.shape[0]):
-        body = sensor_body[s]
-        pose, need, inside = poses[body], G[body], internal[s]
+    for s in range(sensors.shape[0]):
+        body, cut = sensors[s, 0], sensors[s, 1]
+        pose, needed, inside = poses[body], bodies[body, NEED:GIVEN], internal[s]
         px, py, pz = pose[9], pose[10], pose[11]
-        fx, fy, fz = need[0], need[1], need[2]
-        mx, my, mz = (
-            need[3] - (py * fz - pz * fy),
-            need[4] - (pz * fx - px * fz),
-            need[5] - (px * fy - py * fx),
-        )
+        fx, fy, fz = needed[0], needed[1], needed[2]
+        mx = needed[3] - (py * fz - pz * fy)
+        my = needed[4] - (pz * fx - px * fz)
+        mz = needed[5] - (px * fy - py * fx)
         lx, ly, lz = turned_back(pose, fx, fy, fz)
         inside[0], inside[1], inside[2] = -lx, -ly, -lz
         lx, ly, lz = turned_back(pose, mx, my, mz)
         inside[3], inside[4], inside[5] = -lx, -ly, -lz
-        if cuts[s] < 0:
+        if cut < 0:
             continue
-        w, more = wrenches[s], beyond[cuts[s]]
+        w, more = wrenches[s], sub_models[cut]
         fx, fy, fz = turned(pose, w[0] - inside[0], w[1] - inside[1], w[2] - inside[2])
         mx, my, mz = turned(pose, w[3] - inside[3], w[4] - inside[4], w[5] - inside[5])
         more[0], more[1], more[2] = fx, fy, fz
-        more[3], more[4], more[5] = (
-            mx + py * fz - pz * fy,
-            my + pz * fx - px * fz,
-            mz + px * fy - py * fx,
-        )
+        more[3] = mx + py * fz - pz * fy
+        more[4] = my + pz * fx - px * fz
+        more[5] = mz + px * fy - py * fx
 
 
 @compiled
-def place_contacts(
-    body: Indices, table: Matrix, poses: Matrix, points: Matrix, directions: Matrix
-) -> None:
+def place_contacts(contacts: Places, table: Matrix, poses: Matrix, points: Matrix) -> None:
     """Points and directions of the contacts in the base."""
-    for i in range(body.shape[0]):
-        pose, given = poses[body[i]], table[i]
+    for i in range(contacts.shape[0]):
+        pose, given = poses[contacts[i, 0]], table[i]
         x, y, z = turned(pose, given[0], given[1], given[2])
         points[i, 0], points[i, 1], points[i, 2] = pose[9] + x, pose[10] + y, pose[11] + z
-        x, y, z = turned(pose, given[3], given[4], given[5])
-        directions[i, 0], directions[i, 1], directions[i, 2] = x, y, z
+        given[6], given[7], given[8] = turned(pose, given[3], given[4], given[5])
 
 
 @compiled
 def add_known(
-    body: Indices, sub_model: Indices, table: Matrix, poses: Matrix, E: Matrix, missing: Matrix
+    known: Places, table: Matrix, poses: Matrix, bodies: Matrix, sub_models: Matrix
 ) -> None:
     """Known wrenches: on their bodies, and no longer missing in their sub-models."""
-    for i in range(body.shape[0]):
-        pose, given = poses[body[i]], table[i]
+    for i in range(known.shape[0]):
+        pose, given = poses[known[i, 0]], table[i]
         fx, fy, fz = turned(pose, given[0], given[1], given[2])
         mx, my, mz = turned(pose, given[3], given[4], given[5])
-        px, py, pz = pose[9], pose[10], pose[11]
-        mx, my, mz = mx + py * fz - pz * fy, my + pz * fx - px * fz, mz + px * fy - py * fx
-        row, rest = E[body[i]], missing[sub_model[i]]
+        mx += pose[10] * fz - pose[11] * fy
+        my += pose[11] * fx - pose[9] * fz
+        mz += pose[9] * fy - pose[10] * fx
+        row, rest = bodies[known[i, 0], GIVEN:END], sub_models[known[i, 1], 6:12]
         row[0], row[1], row[2] = row[0] + fx, row[1] + fy, row[2] + fz
         row[3], row[4], row[5] = row[3] + mx, row[4] + my, row[5] + mz
         rest[0], rest[1], rest[2] = rest[0] - fx, rest[1] - fy, rest[2] - fz
@@ -117,55 +100,54 @@ def add_known(
 
 
 @compiled
-def torques(
-    tree: tuple[Indices, Indices, Matrix, Matrix],
-    top: Indices,
-    beyond: Matrix,
-    G: Matrix,
-    E: Matrix,
-    tau: Vector,
+def begin(bodies: Matrix, plan: Places, sub_models: Matrix, found: Matrix, base: Vector) -> None:
+    """Nothing given yet; missing in each sub-model: what is beyond its cut, less the next ones."""
+    for i in range(bodies.shape[0]):
+        for c in range(GIVEN, END):
+            bodies[i, c] = 0.0
+    for i in range(found.shape[0]):
+        for c in range(6):
+            found[i, c] = 0.0
+    for c in range(6):
+        base[c] = 0.0
+        sub_models[0, c] = bodies[0, NEED + c]
+    for s in range(plan.shape[0]):
+        for c in range(6):
+            sub_models[s, 6 + c] = sub_models[s, c]
+    for s in range(1, plan.shape[0]):
+        for c in range(6):
+            sub_models[plan[s, 0], 6 + c] -= sub_models[s, c]
+
+
+@compiled
+def solve(
+    whole: Indices, real: Vector, poses: Matrix, results: tuple[Matrix, Matrix, Vector, Matrix]
 ) -> None:
-    """From the tips inwards: what each sub-tree needs less what the world gives it (eq. 10)."""
-    parent, joint, bodies, poses = tree
-    for i in range(bodies.shape[0] - 1, 0, -1):
-        mine, need = E[i], G[i]
-        if top[i] > 0:  # a valid sensor knows better than the sum of what was found beyond it
-            for k in range(6):
-                mine[k] = beyond[top[i], k]
-        for k in range(6):
-            E[parent[i], k] += mine[k]
-        j = joint[i]
-        if j >= 0:
-            row, pose = bodies[i], poses[i]
-            nx, ny, nz = turned(pose, row[30], row[31], row[32])
-            px, py, pz = pose[9], pose[10], pose[11]
-            fx, fy, fz = need[0] - mine[0], need[1] - mine[1], need[2] - mine[2]
-            mx = need[3] - mine[3] - (py * fz - pz * fy)
-            my = need[4] - mine[4] - (pz * fx - px * fz)
-            mz = need[5] - mine[5] - (px * fy - py * fx)
-            tau[j] = nx * mx + ny * my + nz * mz
-
-
-@compiled
-def missing_in(above: Indices, beyond: Matrix, missing: Matrix) -> None:
-    """What the world exerts on each sub-model: beyond its own cut, but not beyond the next ones."""
-    for s in range(beyond.shape[0]):
-        for c in range(6):
-            missing[s, c] = beyond[s, c]
-    for s in range(1, beyond.shape[0]):
-        for c in range(6):
-            missing[above[s], c] -= beyond[s, c]
-
-
-@compiled
-def give(body: Indices, points: Matrix, found: Matrix, E: Matrix) -> None:
-    """Every contact's wrench to its body, about the origin."""
-    for i in range(body.shape[0]):
-        w, p, row = found[i], points[i], E[body[i]]
-        row[0], row[1], row[2] = row[0] + w[0], row[1] + w[1], row[2] + w[2]
-        row[3] += w[3] + p[1] * w[2] - p[2] * w[1]
-        row[4] += w[4] + p[2] * w[0] - p[0] * w[2]
-        row[5] += w[5] + p[0] * w[1] - p[1] * w[0]
+    """Every sub-model's contacts, residual and rank."""
+    found, points, base, numbers = results
+    _, plan, contacts, members, _ = plan_of(whole)
+    _, table, _, sub_models, room = room_of(whole, real)
+    for s in range(numbers.shape[0]):
+        for c in range(7):
+            numbers[s, c] = 0.0
+    start = 0
+    for s in range(plan.shape[0]):
+        method, end, missing = plan[s, 2], plan[s, 3], sub_models[s, 6:12]
+        if method == MAINSTAY:
+            for c in range(6):
+                base[c] = missing[c]
+            numbers[s, 6] = 6.0
+        elif method == WRENCH:
+            shift(missing, points[members[start]], found[members[start]])
+            numbers[s, 6] = 6.0
+        else:
+            mine = members[start:end]
+            set_reference(poses[plan[s, 1]], mine, points, numbers[s])
+            scratch = scratch_of(whole, room)
+            solve_sub_model(
+                method, mine, contacts, (points, table), missing, scratch, found, numbers[s]
+            )
+        start = end
 
 
 @compiled
@@ -180,10 +162,44 @@ def set_reference(pose: Vector, members: Indices, points: Matrix, numbers: Vecto
 
 
 @compiled
+def give(contacts: Places, points: Matrix, found: Matrix, bodies: Matrix) -> None:
+    """Every contact's wrench to its body, about the origin."""
+    for i in range(contacts.shape[0]):
+        w, p, row = found[i], points[i], bodies[contacts[i, 0], GIVEN:END]
+        row[0], row[1], row[2] = row[0] + w[0], row[1] + w[1], row[2] + w[2]
+        row[3] += w[3] + p[1] * w[2] - p[2] * w[1]
+        row[4] += w[4] + p[2] * w[0] - p[0] * w[2]
+        row[5] += w[5] + p[0] * w[1] - p[1] * w[0]
+
+
+@compiled
+def torques(tree: tuple[Places, Matrix, Matrix], sub_models: Matrix, tau: Vector) -> None:
+    """From the tips inwards: what each sub-tree needs less what the world gives it (eq. 10)."""
+    links, bodies, poses = tree
+    for i in range(bodies.shape[0] - 1, 0, -1):
+        row, j, cut = bodies[i], links[i, 1], links[i, 2]
+        needed, mine, above = row[NEED:GIVEN], row[GIVEN:END], bodies[links[i, 0], GIVEN:END]
+        if cut > 0:  # a valid sensor knows better than the sum of what was found beyond it
+            for k in range(6):
+                mine[k] = sub_models[cut, k]
+        for k in range(6):
+            above[k] += mine[k]
+        if j >= 0:
+            pose = poses[i]
+            nx, ny, nz = turned(pose, row[30], row[31], row[32])
+            px, py, pz = pose[9], pose[10], pose[11]
+            fx, fy, fz = needed[0] - mine[0], needed[1] - mine[1], needed[2] - mine[2]
+            mx = needed[3] - mine[3] - (py * fz - pz * fy)
+            my = needed[4] - mine[4] - (pz * fx - px * fz)
+            mz = needed[5] - mine[5] - (px * fy - py * fx)
+            tau[j] = nx * mx + ny * my + nz * mz
+
+
+@compiled
 def poses_of(q: Vector, whole: Indices, real: Vector, out: Vector) -> None:
     """Poses of all bodies into the front of `out`."""
-    parent, joint, bodies, poses = tree_of(whole, real, out)
-    place(q, parent, joint, bodies, poses)
+    links, bodies, poses = tree_of(whole, real, out)
+    place(q, links, bodies, poses)
 
 
 @compiled
@@ -202,43 +218,22 @@ def estimate(
         return WRONG_SHAPE
     if wrenches.shape[0] != m or wrenches.shape[1] != 6:
         return WRONG_SHAPE
-    top, sensor_body, cuts = cuts_of(whole)
-    contact_table, known_table, source, motion = given_of(whole, real)
-    if not is_finite(q, dq, ddq, wrenches, cuts, motion):
+    sensors, plan, contacts, _, known = plan_of(whole)
+    source, table, given, sub_models, _ = room_of(whole, real)
+    if not is_finite(q, dq, ddq, wrenches, sensors, source):
         return NOT_FINITE
     tree = tree_of(whole, real, out)
-    parent, joint, bodies, poses = tree
-    above, first, methods, ends = sub_models_of(whole)
-    contact_body, unknowns, members, known_body, known_sub = contacts_of(whole)
-    moves, G, E, beyond, missing, directions, W, V = room_of(whole, real)
+    links, bodies, poses = tree
     tau, found, points, base, internal, numbers = results_of(whole, out)
-    place(q, parent, joint, bodies, poses)
-    base_motion(source, motion, whole[SOURCE], (dq, ddq), tree, moves)
-    move(dq, ddq, tree, moves)
-    need(bodies, poses, moves, parent, G)
-    at_sensors(wrenches, sensor_body, cuts, poses, G, beyond, internal)
-    beyond[0, :] = G[0]
-    E[:, :] = 0.0
-    found[:, :] = 0.0
-    base[:] = 0.0
-    numbers[:, :] = 0.0
-    place_contacts(contact_body, contact_table, poses, points, directions)
-    missing_in(above, beyond, missing)
-    add_known(known_body, known_sub, known_table, poses, E, missing)
-    if methods[0] == MAINSTAY:
-        base[:] = missing[0]
-    begin = 0
-    for s in range(above.shape[0]):
-        mine = members[begin : ends[s]]
-        begin = ends[s]
-        if methods[s] == MAINSTAY:
-            numbers[s, :6], numbers[s, 6] = 0.0, 6.0
-        else:
-            set_reference(poses[first[s]], mine, points, numbers[s])
-            places, scratch = (points, directions), (W, V)
-            solve_sub_model(
-                methods[s], mine, unknowns, places, missing[s], scratch, found, numbers[s]
-            )
-    give(contact_body, points, found, E)
-    torques(tree, top, beyond, G, E, tau)
+    place(q, links, bodies, poses)
+    base_motion(source, whole[SOURCE], (dq, ddq), tree)
+    move(dq, ddq, tree)
+    need(links, bodies, poses)
+    at_sensors(wrenches, sensors, bodies, poses, sub_models, internal)
+    begin(bodies, plan, sub_models, found, base)
+    place_contacts(contacts, table, poses, points)
+    add_known(known, given, poses, bodies, sub_models)
+    solve(whole, real, poses, (found, points, base, numbers))
+    give(contacts, points, found, bodies)
+    torques(tree, sub_models, tau)
     return TOO_LARGE if is_strange(out[12 * whole[BODIES] :]) else DONE

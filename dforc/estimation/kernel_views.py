@@ -2,96 +2,74 @@
 
 from dforc.arrays import Matrix, Vector
 from dforc.compiled import compiled
-from dforc.estimation.tree_model import Indices
+from dforc.estimation.tree_model import Indices, Places
 
-BODY_NUMBERS = 43
+BODY_NUMBERS = 64
+SOURCE_NUMBERS = 21
+CONTACT_NUMBERS = 9
 HEADER = 8
 BODIES, JOINTS, SENSORS, CONTACTS, SUB_MODELS, KNOWN, SOURCE, UNKNOWNS = 0, 1, 2, 3, 4, 5, 6, 7
 
 
 @compiled
-def tree_of(whole: Indices, real: Vector, out: Vector) -> tuple[Indices, Indices, Matrix, Matrix]:
-    """Parents, joints, constants and poses of the bodies."""
+def tree_of(whole: Indices, real: Vector, out: Vector) -> tuple[Places, Matrix, Matrix]:
+    """Parent, joint, sub-model that begins there; constants and room; pose: of every body."""
     nb = whole[BODIES]
     return (
-        whole[HEADER : HEADER + nb],
-        whole[HEADER + nb : HEADER + 2 * nb],
+        whole[HEADER : HEADER + 3 * nb].reshape((nb, 3)),
         real[: BODY_NUMBERS * nb].reshape((nb, BODY_NUMBERS)),
         out[: 12 * nb].reshape((nb, 12)),
     )
 
 
 @compiled
-def cuts_of(whole: Indices) -> tuple[Indices, Indices, Indices]:
-    """Sub-model that begins at each body, body of each sensor, sub-model that begins at it."""
-    at, m = HEADER + 2 * whole[BODIES], whole[SENSORS]
-    start = at + whole[BODIES]
-    return whole[at:start], whole[start : start + m], whole[start + m : start + 2 * m]
+def plan_of(whole: Indices) -> tuple[Places, Places, Places, Indices, Places]:
+    """What there is of each kind, a row for each.
 
-
-@compiled
-def sub_models_of(whole: Indices) -> tuple[Indices, Indices, Indices, Indices]:
-    """Of each sub-model: the one before it, its first body, its method, the end of its members."""
-    at, subs = HEADER + 3 * whole[BODIES] + 2 * whole[SENSORS], whole[SUB_MODELS]
+    Sensors: body, sub-model that begins there. Sub-models: the one before, first body, method, end
+    of its members. Contacts: body, unknowns. Members of the sub-models. Known: body, sub-model.
+    """
+    m, k, subs, known = whole[SENSORS], whole[CONTACTS], whole[SUB_MODELS], whole[KNOWN]
+    a = HEADER + 3 * whole[BODIES]
+    b = a + 2 * m
+    c = b + 4 * subs
+    d = c + 2 * k
+    e = d + k
     return (
-        whole[at : at + subs],
-        whole[at + subs : at + 2 * subs],
-        whole[at + 2 * subs : at + 3 * subs],
-        whole[at + 3 * subs : at + 4 * subs],
+        whole[a:b].reshape((m, 2)),
+        whole[b:c].reshape((subs, 4)),
+        whole[c:d].reshape((k, 2)),
+        whole[d:e],
+        whole[e : e + 2 * known].reshape((known, 2)),
     )
 
 
 @compiled
-def contacts_of(whole: Indices) -> tuple[Indices, Indices, Indices, Indices, Indices]:
-    """Body and unknowns of each contact; members by sub-model; body, sub-model of the known."""
-    at = HEADER + 3 * whole[BODIES] + 2 * whole[SENSORS] + 4 * whole[SUB_MODELS]
-    k, known = whole[CONTACTS], whole[KNOWN]
-    end = at + 3 * k
+def room_of(whole: Indices, real: Vector) -> tuple[Vector, Matrix, Matrix, Matrix, Vector]:
+    """The source, contacts, known wrenches, sub-models, and room for `solve_several`.
+
+    Contacts: point, direction, direction in the base. Sub-models: wrench beyond the cut, missing.
+    """
+    k, known, subs = whole[CONTACTS], whole[KNOWN], whole[SUB_MODELS]
+    a = BODY_NUMBERS * whole[BODIES]
+    b = a + SOURCE_NUMBERS
+    c = b + CONTACT_NUMBERS * k
+    d = c + 6 * known
+    e = d + 12 * subs
     return (
-        whole[at : at + k],
-        whole[at + k : at + 2 * k],
-        whole[at + 2 * k : end],
-        whole[end : end + known],
-        whole[end + known : end + 2 * known],
+        real[a:b],
+        real[b:c].reshape((k, CONTACT_NUMBERS)),
+        real[c:d].reshape((known, 6)),
+        real[d:e].reshape((subs, 12)),
+        real[e:],
     )
 
 
 @compiled
-def given_of(whole: Indices, real: Vector) -> tuple[Matrix, Matrix, Vector, Vector]:
-    """Contacts, known wrenches, place of the kinematic source, its motion."""
-    k, known = whole[CONTACTS], whole[KNOWN]
-    at = BODY_NUMBERS * whole[BODIES]
-    middle = at + 6 * k
-    end = middle + 6 * known
-    return (
-        real[at:middle].reshape((k, 6)),
-        real[middle:end].reshape((known, 6)),
-        real[end : end + 12],
-        real[end + 12 : end + 21],
-    )
-
-
-@compiled
-def room_of(
-    whole: Indices, real: Vector
-) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix, Matrix, Matrix, Matrix]:
-    """Room to work: motions, needed and given wrenches, by cut and sub-model, directions, W, V."""
-    nb, k, subs, most = whole[BODIES], whole[CONTACTS], whole[SUB_MODELS], whole[UNKNOWNS]
-    a = BODY_NUMBERS * nb + 6 * k + 6 * whole[KNOWN] + 21
-    b, c, d = a + 9 * nb, a + 15 * nb, a + 21 * nb
-    e, f = d + 6 * subs, d + 12 * subs
-    g = f + 3 * k
-    h = g + 6 * most
-    return (
-        real[a:b].reshape((nb, 9)),
-        real[b:c].reshape((nb, 6)),
-        real[c:d].reshape((nb, 6)),
-        real[d:e].reshape((subs, 6)),
-        real[e:f].reshape((subs, 6)),
-        real[f:g].reshape((k, 3)),
-        real[g:h].reshape((most, 6)),
-        real[h : h + 54].reshape((9, 6)),
-    )
+def scratch_of(whole: Indices, room: Vector) -> tuple[Matrix, Matrix]:
+    """A row for each unknown of the largest sub-model, and nine more."""
+    end = 6 * whole[UNKNOWNS]
+    return room[:end].reshape((whole[UNKNOWNS], 6)), room[end : end + 54].reshape((9, 6))
 
 
 @compiled

@@ -9,7 +9,11 @@ from dforc.arrays import Vector
 from dforc.estimation.plan import Plan
 from dforc.estimation.tree_model import Indices, TreeModel
 
-BODY_NUMBERS = 43  # turn at rest, by sine, by cosine (9 each), origin, axis, mass, centre, inertia
+# Turn at rest, by sine, by cosine (9 each), origin, axis, mass, centre, inertia (6): 43 constants;
+# then room for what kernel.py works out.
+BODY_NUMBERS = 64
+SOURCE_NUMBERS, SOURCE_CONSTANTS = 21, 12
+ROOM = 54
 
 
 def body_table(model: TreeModel) -> Vector:
@@ -37,41 +41,35 @@ class Tables:
     def __init__(self, plan: Plan, bodies: Vector) -> None:
         model, subs, contacts = plan.model, len(plan.tops), plan.contacts
         members = [plan.members(sub) for sub in range(subs)]
-        ends = np.cumsum([len(m) for m in members])
         sub_of_sensor = {sensor: sub for sub, sensor in enumerate(plan.tops)}
-        top_of_body = np.full(model.bodies, -1)
-        for sub in range(1, subs):
-            top_of_body[model.sensor_body[plan.tops[sub]]] = sub
-        unknowns = max((plan.unknowns(sub) for sub in range(subs)), default=0)
+        cuts = [sub_of_sensor.get(sensor, -1) for sensor in range(model.m)]
+        begins = np.full(model.bodies, -1)
+        begins[[model.sensor_body[sensor] for sensor in plan.tops[1:]]] = range(1, subs)
+        unknowns = max(plan.unknowns(sub) for sub in range(subs))
         header = [model.bodies, model.n, model.m, len(contacts), subs, len(plan.known)]
-        header += [plan.source_body, unknowns]
-        self.whole: Indices = np.concatenate(
+        listed = [i for m in members for i in m]
+        parts = (
+            [*header, plan.source_body, unknowns],
+            np.column_stack([model.parent, model.joint, begins]),
+            [*zip(model.sensor_body, cuts, strict=True)],
             [
-                np.array(part, dtype=np.int64)
-                for part in (
-                    header,
-                    model.parent,
-                    model.joint,
-                    top_of_body,
-                    model.sensor_body,
-                    [sub_of_sensor.get(sensor, -1) for sensor in range(model.m)],
+                *zip(
                     [0, *(plan.above(sub) for sub in range(1, subs))],
                     [0, *(model.sensor_body[sensor] for sensor in plan.tops[1:])],
                     plan.methods,
-                    ends,
-                    [c.body for c in contacts],
-                    [c.unknowns for c in contacts],
-                    [i for m in members for i in m],
-                    [0] * (len(contacts) - sum(len(m) for m in members)),
-                    [k.body for k in plan.known],
-                    [k.sub_model for k in plan.known],
+                    np.cumsum([len(m) for m in members]).tolist(),
+                    strict=True,
                 )
-            ]
+            ],
+            [(c.body, c.unknowns) for c in contacts],
+            listed + [0] * (len(contacts) - len(listed)),
+            [(k.body, k.sub_model) for k in plan.known],
         )
-        placed = [np.concatenate([c.point, c.direction]) for c in contacts]
+        self.whole: Indices = np.concatenate([np.array(p, dtype=np.int64).ravel() for p in parts])
+        source = np.concatenate([plan.source_turn.T.ravel(), plan.source_point, np.zeros(9)])
+        placed = [np.concatenate([c.point, c.direction, np.zeros(3)]) for c in contacts]
         given = [k.wrench for k in plan.known]
-        source = [plan.source_turn.ravel(), plan.source_point]
-        constants = np.concatenate([bodies, *placed, *given, *source])
-        work = 21 * model.bodies + 12 * subs + 3 * len(contacts) + 6 * unknowns + 54
-        self.real: Vector = np.concatenate([constants, np.zeros(9 + work)])
-        self.motion = self.real[constants.size : constants.size + 9]
+        room = np.zeros(12 * subs + 6 * unknowns + ROOM)
+        self.real: Vector = np.concatenate([bodies, source, *placed, *given, room])
+        end = bodies.size + SOURCE_NUMBERS
+        self.motion = self.real[end - SOURCE_NUMBERS + SOURCE_CONSTANTS : end]

@@ -17,6 +17,7 @@ from dforc.arrays import Matrix, Vector, constant
 from dforc.robot_model import ModelError, joint_columns, load_model
 
 Indices = NDArray[np.int64]
+Places = NDArray[np.int64]  # a table of them
 
 
 class FramePlace(NamedTuple):
