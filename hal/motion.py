@@ -1,5 +1,6 @@
 """Movements that the boards make by themselves: a minimum-jerk move, and bringing a limb down."""
 
+import math
 from collections.abc import Sequence as Values
 
 from hal.axis import Axis
@@ -13,6 +14,7 @@ STILL_NS = 100_000_000
 STILL_TICKS = 1
 SETTLE_NS = 2_000_000_000
 STIFF_ERROR_RAD = 0.035  # 2 deg: a move that ends farther off has been stopped by something
+NEAR_RAD = STIFF_ERROR_RAD / 2.0  # an axis that stands farther off may still be on its way
 COMPLIANT_ERROR_RAD = 0.09  # 5 deg: a spring sags
 
 STOP_NS = 3_000_000_000
@@ -54,7 +56,8 @@ def _move_axis(axis: Axis, target_ticks: int, duration_s: float) -> Sequence:
             if axis.mode != ControlMode.POSITION:
                 cause = f": {axis.fault_text}" if axis.fault_text else ""
                 return f"{axis.name} left position mode during the move{cause}"
-        yield from settled(axis)
+        near_rad = COMPLIANT_ERROR_RAD if axis.is_compliant else NEAR_RAD
+        yield from settled(axis, target_ticks, near_rad * abs(axis.units.ticks_per_rad))
         error_rad = abs(target_ticks - axis.ticks) * abs(axis.units.rad_per_tick)
         if error_rad > (COMPLIANT_ERROR_RAD if axis.is_compliant else STIFF_ERROR_RAD):
             return f"{axis.name} stopped {error_rad:.3f} rad short of its target"
@@ -63,14 +66,16 @@ def _move_axis(axis: Axis, target_ticks: int, duration_s: float) -> Sequence:
     return ""
 
 
-def settled(axis: Axis) -> Sequence:
-    """Wait until an axis stands still, 2 s at most; the caller looks where it is."""
+def settled(axis: Axis, target_ticks: int = 0, near_ticks: float = math.inf) -> Sequence:
+    """Wait until an axis stands still near a target, 2 s at most; the caller looks where it is."""
     line = axis.line
     deadline_ns = line.now_ns + SETTLE_NS
     ticks, since_ns = axis.ticks, line.now_ns
     while line.now_ns < deadline_ns and line.now_ns - since_ns < STILL_NS:
         yield
-        if abs(axis.ticks - ticks) > STILL_TICKS:
+        # Far off it sticks, and goes on when the board's integral has grown.
+        is_far = abs(axis.ticks - target_ticks) > near_ticks
+        if is_far or abs(axis.ticks - ticks) > STILL_TICKS:
             ticks, since_ns = axis.ticks, line.now_ns
     return ""
 
