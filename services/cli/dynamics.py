@@ -1,0 +1,185 @@
+"""`ulna dynamics`: what the whole-body dynamics of a running stack sees, and requests to it."""
+
+import sys
+
+import msgspec
+from rich.console import Console
+
+from services.cli.dynamics_client import DynamicsClient
+from services.cli.dynamics_sweep import MOVES, sweep_limb
+from services.cli.dynamics_tables import contact_table, model_table, sensor_table, silent_lines
+from services.core.errors import ServiceError
+from services.dynamics_messages import AssumedContact, DynamicsRequest
+from services.streams import DYNAMICS_HEALTH, DYNAMICS_MODELS, EXTERNAL
+
+FAILED = 2
+REFUSED = 1
+
+
+def dynamics_status(*, stack: str = "icub") -> int:
+    """Sensors, contacts and sub-models of a running stack, once.
+
+    Example: ulna dynamics status
+
+    Args:
+        stack: name of the running stack.
+
+    Returns:
+        Exit status: 0 when every sensor can be used, 1 when one cannot, 2 without an answer.
+    """
+    try:
+        with DynamicsClient(stack) as client:
+            health = client.wait_for(DYNAMICS_HEALTH)
+            console = Console()
+            console.print(sensor_table(health))
+            for line in silent_lines(health):
+                print(line)
+            models = client.newest(DYNAMICS_MODELS)
+            if models is not None:
+                console.print(model_table(models))
+            contacts = client.newest(EXTERNAL)
+            if contacts is not None:
+                console.print(contact_table(contacts))
+    except ServiceError as error:
+        return _complain(error)
+    return 0 if all(sensor.ok for sensor in health.sensors) else REFUSED
+
+
+def dynamics_calibrate(*sensors: str, samples: int = 200, stack: str = "icub") -> int:
+    """Find the offsets of FT sensors, all or those named. Nothing may touch their limbs.
+
+    The limb may move slowly meanwhile; torques go on with the old offset until the new one is
+    known.
+
+    Example: ulna dynamics calibrate r_arm_ft
+
+    Args:
+        sensors: names of sensors. Default: all.
+        samples: readings to average, 200 are a fifth of a second in virtual time, 0.8 s live.
+        stack: name of the running stack.
+
+    Returns:
+        Exit status: 0 when the offsets are known, 1 when refused or given up, 2 without an answer.
+    """
+    request = DynamicsRequest(action="calibrate", sensors=sensors, samples=samples)
+    try:
+        with DynamicsClient(stack) as client:
+            client.wait_for(DYNAMICS_HEALTH)
+            if not client.ask(request):
+                return REFUSED
+            health = client.wait_for_calibration(sensors)
+    except ServiceError as error:
+        return _complain(error)
+    asked = [sensor for sensor in health.sensors if not sensors or sensor.name in sensors]
+    Console().print(sensor_table(msgspec.structs.replace(health, sensors=tuple(asked))))
+    failed = [sensor for sensor in asked if not sensor.ok or sensor.reason]
+    for sensor in failed:
+        print(f"{sensor.name}: {sensor.reason or ', '.join(sensor.flags)}", file=sys.stderr)
+    return REFUSED if failed else 0
+
+
+def dynamics_reset(*sensors: str, stack: str = "icub") -> int:
+    """Forget offset and gain of FT sensors, all or those named: their limbs get no torques then.
+
+    Example: ulna dynamics reset r_arm_ft
+
+    Args:
+        sensors: names of sensors. Default: all.
+        stack: name of the running stack.
+
+    Returns:
+        Exit status: 0, 1 when refused, 2 without an answer.
+    """
+    return _request(DynamicsRequest(action="reset", sensors=sensors), stack)
+
+
+def dynamics_assume(
+    contacts: str, /, *frames: str, hanging: bool = False, stack: str = "icub"
+) -> int:
+    """Say where the world may touch the robot.
+
+    default: one contact beyond each sensor. standing: hands and feet. crawling: wrists and knees,
+    moving with the IMU. custom: the frames that follow, each `frame`, `frame=force` or
+    `frame=wrench`.
+
+    Example: ulna dynamics assume custom l_hand r_forearm=force
+
+    Args:
+        contacts: default, standing, crawling or custom.
+        frames: of custom, links or frames of the model.
+        hanging: custom: nothing holds the base.
+        stack: name of the running stack.
+
+    Returns:
+        Exit status: 0, 1 when refused, 2 without an answer.
+    """
+    pairs = [frame.partition("=") for frame in frames]
+    listed = tuple(AssumedContact(frame=f, kind=kind or "wrench") for f, _, kind in pairs)
+    request = DynamicsRequest(
+        action="assume", value=contacts, contacts=listed, mainstay=not hanging
+    )
+    return _request(request, stack)
+
+
+def dynamics_source(source: str, /, *, stack: str = "icub") -> int:
+    """Say where the motion of the base is taken from: base (it stands still), or an IMU by name.
+
+    Example: ulna dynamics source head_imu
+
+    Args:
+        source: base, or the name of an IMU board.
+        stack: name of the running stack.
+
+    Returns:
+        Exit status: 0, 1 when refused, 2 without an answer.
+    """
+    return _request(DynamicsRequest(action="source", value=source), stack)
+
+
+def dynamics_identify(
+    sensor: str, /, *, moves: int = MOVES, degrees: float = 20.0, stack: str = "icub"
+) -> int:
+    """Find the gain matrix and offset of one FT sensor while its limb moves slowly, free of touch.
+
+    The limb goes through postures about the one that it is in, in position mode, and back.
+
+    Example: ulna dynamics identify r_arm_ft --degrees 15
+
+    Args:
+        sensor: name of a sensor.
+        moves: postures to go to; each takes two seconds or more.
+        degrees: how far each joint goes to either side at most, inside its limits.
+        stack: name of the running stack.
+
+    Returns:
+        Exit status: 0 when the new gain is in use, 1 when refused, 2 without an answer.
+    """
+    try:
+        with DynamicsClient(stack) as client:
+            if not client.ask(_sweep(sensor, "start")):
+                return REFUSED
+            try:
+                sweep_limb(client, sensor, moves, degrees)
+            except BaseException:
+                client.ask(_sweep(sensor, "discard"))
+                raise
+            return 0 if client.ask(_sweep(sensor, "solve")) else REFUSED
+    except ServiceError as error:
+        return _complain(error)
+
+
+def _sweep(sensor: str, stage: str) -> DynamicsRequest:
+    return DynamicsRequest(action="identify", sensors=(sensor,), value=stage)
+
+
+def _request(request: DynamicsRequest, stack: str) -> int:
+    try:
+        with DynamicsClient(stack) as client:
+            return 0 if client.ask(request) else REFUSED
+    except ServiceError as error:
+        return _complain(error)
+
+
+def _complain(error: ServiceError) -> int:
+    print(f"error: {error}", file=sys.stderr)
+    return FAILED

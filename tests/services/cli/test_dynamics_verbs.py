@@ -1,0 +1,117 @@
+"""`ulna dynamics`: its tables, its postures, and one sentence for what cannot be done."""
+
+import numpy as np
+import pytest
+
+from services.cli.dynamics_sweep import posture
+from services.cli.dynamics_tables import contact_table, model_table, sensor_table, silent_lines
+from services.cli.main import main
+from services.config import load_robot
+from services.dynamics_messages import (
+    ContactEstimate,
+    Contacts,
+    DynamicsHealth,
+    DynamicsModels,
+    SensorHealth,
+    SubModelStatus,
+)
+from services.wiring import joint_limits_deg
+
+SIX = (1.0, -2.0, 3.5, 0.1, 0.2, -0.3)
+
+
+def test_a_sensor_is_shown_with_its_flags_offset_and_task() -> None:
+    sensor = SensorHealth(
+        name="r_arm_ft",
+        ok=False,
+        flags=("saturated", "uncalibrated"),
+        offset=SIX,
+        mean=(),
+        std=(),
+        task="calibrating",
+        samples=20,
+        wanted=200,
+    )
+    silent = (("right_arm", "r_arm_ft cannot be used"),)
+    health = DynamicsHealth(stamp_ns=0, sensors=(sensor,), silent=silent, imu="lost")
+    row = [next(iter(column.cells)) for column in sensor_table(health).columns]
+    assert row == [
+        "r_arm_ft",
+        "saturated, uncalibrated",
+        "1.00 -2.00 3.50 | 0.100 0.200 -0.300",
+        "",
+        "",
+        "calibrating, 20 of 200 samples",
+    ]
+    assert silent_lines(health) == [
+        "no torques for right_arm: r_arm_ft cannot be used",
+        "IMU: lost",
+    ]
+
+
+def test_a_contact_is_shown_with_the_size_of_its_force() -> None:
+    contact = ContactEstimate(
+        limb="left_arm",
+        link="l_hand",
+        point_m=(0.1, 0.2, 0.3),
+        force_n=(3.0, 4.0, 0.0),
+        moment_nm=(0.0, 0.0, 0.0),
+        touching=True,
+        location="shape",
+    )
+    table = contact_table(Contacts(stamp_ns=0, contacts=(contact,)))
+    row = [next(iter(column.cells)) for column in table.columns]
+    assert row == [
+        "left_arm",
+        "l_hand",
+        "shape",
+        "0.100 0.200 0.300",
+        "3.0 4.0 0.0",
+        "5.0",
+        "yes",
+    ]
+
+
+def test_a_sub_model_is_shown_with_unknowns_rank_and_residual() -> None:
+    sub = SubModelStatus(
+        sensors=("a", "b"), links=("x", "y", "z"), unknowns=12, rank=6, residual_n=0.5
+    )
+    models = DynamicsModels(
+        stamp_ns=0, assumption="custom", source="base", mainstay=False, sub_models=(sub,)
+    )
+    table = model_table(models)
+    row = [next(iter(column.cells)) for column in table.columns]
+    assert row == ["a, b", "x ... z", "12", "6", "0.50"]
+    assert "custom, not held" in str(table.title)
+
+
+def test_postures_of_a_sweep_differ_and_stay_inside_the_limits() -> None:
+    robot = load_robot("icub")
+    about = {joint: robot.joints[joint].park_deg for joint in robot.parts["left_arm"]}
+    postures = [posture(robot, about, 25.0, number) for number in range(1, 17)]
+    angles = np.array([list(each.values()) for each in postures])
+    limits = np.array([joint_limits_deg(robot, joint) for joint in about])
+    assert (angles > limits[:, 0]).all()
+    assert (angles < limits[:, 1]).all()
+    assert np.linalg.matrix_rank(angles - angles.mean(axis=0)) == len(about)
+    assert (np.abs(angles[:, 0] - about["l_shoulder_pitch"]) <= 25.0).all()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["status"],
+        ["calibrate", "r_arm_ft"],
+        ["reset"],
+        ["assume", "standing"],
+        ["source", "base"],
+        ["identify", "r_arm_ft"],
+    ],
+)
+def test_without_a_stack_every_verb_says_how_to_start_one(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["dynamics", *arguments, "--stack", "nobody"]) == 2
+    error = capsys.readouterr().err
+    assert "nobody" in error
+    assert "ulna up" in error
