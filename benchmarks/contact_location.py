@@ -254,13 +254,19 @@ def _rows(limb: Limb, found: Sequence[Answer], label: str, *, bars: bool = False
     sure = [answer for answer in found if answer.sure]
     right = [answer for answer in sure if answer.right]
     share, of_sure = len(right) / total, len(right) / max(len(sure), 1)
+    elsewhere = [answer for answer in found if answer.contact.link != limb.hand]
+    known_elsewhere = [answer for answer in right if answer.contact.link != limb.hand]
+    share_elsewhere = len(known_elsewhere) / len(elsewhere)
     torque = float(np.mean([answer.torque_nm for answer in found]))
     assumed = float(np.mean([answer.assumed_nm for answer in found]))
     apart = [float(np.linalg.norm(a.location.point_m - a.contact.point_m)) for a in right]
     shares = [
         at_least(f"{name}: right link, of all", share, "", 0.9)
-        if bars and limb is ARM
+        if bars
         else Row(f"{name}: right link, of all", share),
+        at_least(f"{name}: right link, of those not on {limb.hand}", share_elsewhere, "", 0.9)
+        if bars
+        else Row(f"{name}: right link, of those not on {limb.hand}", share_elsewhere),
         at_least(f"{name}: right link, of the answered", of_sure, "", 0.9)
         if bars
         else Row(f"{name}: right link, of the answered", of_sure),
