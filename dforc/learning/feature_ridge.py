@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dforc.arrays import ArrayLike, Matrix, Vector, constant, finite_vector
-from dforc.errors import ShapeError
+from dforc.errors import NotFiniteError, ShapeError
 from dforc.learning.marginal_likelihood import fit_hyperparameters
 from dforc.learning.random_features import Form, RandomFeatures
 from dforc.learning.recursive_ridge import RecursiveRidge, RidgeState
@@ -116,6 +116,16 @@ class FeatureRidge:
             y[:, columns] = ridge.predict_rows(features.features_of_rows(x))
         return y + self._mean
 
+    def novelty(self, x: ArrayLike) -> float:
+        """How little is known about this input: 1 before any sample, towards 0 with many near it.
+
+        Posterior over prior variance of the kernel's process, the largest of the kernels.
+        """
+        return max(
+            ridge.variance(features.features(x)) * ridge.regularisation
+            for _, features, ridge in self._parts()
+        )
+
     def update(self, x: ArrayLike, y: ArrayLike) -> Vector:
         """Take in one sample; return its error (outputs,) from before.
 
@@ -155,13 +165,18 @@ class FeatureRidge:
 
         Raises:
             ShapeError: the state of another learner; nothing was changed.
+            NotFiniteError: NaN or infinity in it; nothing was changed.
         """
         sizes = [(r.size, r.outputs) for r in self._ridges]
         if [ridge.W.shape for ridge in state.ridges] != sizes:
             raise ShapeError(f"state of another learner; this one has {sizes}")
+        mean = finite_vector("mean", state.mean, self.outputs)
+        for given in state.ridges:
+            if not (np.isfinite(given.P.sum()) and np.isfinite(given.W.sum())):
+                raise NotFiniteError("the state is not finite")
         for ridge, given in zip(self._ridges, state.ridges, strict=True):
             ridge.restore(given)
-        self._mean = constant(state.mean)
+        self._mean = constant(mean)
 
     def _parts(self) -> "zip[tuple[np.ndarray, RandomFeatures, RecursiveRidge]]":
         return zip(self._columns, self._features, self._ridges, strict=True)

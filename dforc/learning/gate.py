@@ -19,7 +19,7 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from dforc.arrays import ArrayLike, Vector
+from dforc.arrays import ArrayLike, Vector, finite_vector
 from dforc.errors import ShapeError
 
 StateT = TypeVar("StateT")
@@ -51,14 +51,23 @@ class UpdateGate:
         self.closings = 0
         self._calm = 0
 
-    def admit(self, residual_n: float, model_n: float = 0.0, *, touched: bool = False) -> bool:
+    def admit(
+        self,
+        residual_n: float,
+        model_n: float = 0.0,
+        allowance_n: float = 0.0,
+        *,
+        touched: bool = False,
+    ) -> bool:
         """Whether a sample may be learned.
 
         Args:
             residual_n: norm of measured minus predicted force, before learning.
             model_n: the same against the rigid-body model alone; 0 where there is none.
+            allowance_n: raises both thresholds: the learner may be this wrong, not knowing better.
             touched: skin or contact detection says so.
         """
+        residual_n -= allowance_n
         limits = self.limits
         # written so that NaN closes: no comparison with NaN holds
         calm = residual_n <= limits.open_n and model_n <= limits.model_n and not touched
@@ -84,6 +93,10 @@ class Learner(Protocol[StateT]):
         """The wrench (6,): forces first."""
         ...
 
+    def novelty(self, x: ArrayLike) -> float:
+        """How little is known about this input: 1 = nothing, 0 = everything."""
+        ...
+
     def update(self, x: ArrayLike, y: ArrayLike) -> Vector:
         """Take in one sample."""
         ...
@@ -100,16 +113,29 @@ class Learner(Protocol[StateT]):
 class ContactSafe(Generic[StateT]):
     """A learner of what a model leaves over, behind a gate, with a memory to go back to."""
 
-    __slots__ = ("_age", "_memory", "_newer", "_older", "gate", "learner", "taken_back")
+    __slots__ = (
+        "_age",
+        "_memory",
+        "_newer",
+        "_older",
+        "_unknown_n",
+        "gate",
+        "learner",
+        "taken_back",
+    )
 
-    def __init__(self, learner: Learner[StateT], gate: UpdateGate, memory: int) -> None:
+    def __init__(
+        self, learner: Learner[StateT], gate: UpdateGate, memory: int, unknown_n: float = 0.0
+    ) -> None:
         """Remember the state of between `memory` and twice as many admitted samples ago.
 
         Args:
             learner: the learner, which nobody else may update.
             gate: its gate.
             memory: samples; 0 = take nothing back.
+            unknown_n: allowance of the gate where the learner knows nothing yet.
         """
+        self._unknown_n = unknown_n
         self.learner = learner
         self.gate = gate
         self.taken_back = 0
@@ -127,11 +153,13 @@ class ContactSafe(Generic[StateT]):
         Raises:
             NotFiniteError: NaN or infinity in the sample; nothing was changed.
         """
-        prediction = self.learner.predict(x)
-        residual = np.asarray(rest)[:3] - prediction[:3]
+        rest = finite_vector("rest", rest, 6)
+        residual = rest[:3] - self.learner.predict(x)[:3]
         was_open = self.gate.open
-        model_n = float(np.linalg.norm(np.asarray(rest)[:3]))
-        if self.gate.admit(float(np.linalg.norm(residual)), model_n, touched=touched):
+        residual_n = float(np.linalg.norm(residual))
+        model_n = float(np.linalg.norm(rest[:3]))
+        allowance_n = self._unknown_n * self.learner.novelty(x) if self._unknown_n else 0.0
+        if self.gate.admit(residual_n, model_n, allowance_n, touched=touched):
             self._remember()
             self.learner.update(x, rest)
             return True
@@ -141,6 +169,12 @@ class ContactSafe(Generic[StateT]):
             self._age = 0
             self.taken_back += 1
         return False
+
+    def forget(self) -> None:
+        """The learner has been reset or restored: its state now is all there is to go back to."""
+        self._age = 0
+        self._older = self._newer = self.learner.state() if self._memory else None
+        self.gate.release()
 
     def _remember(self) -> None:
         if not self._memory:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from dforc.arrays import Matrix, Vector
-from dforc.errors import ShapeError
+from dforc.errors import NotFiniteError, ShapeError
 from dforc.learning.feature_ridge import FeatureRidge, Kernel, LearnerState
 from dforc.learning.gate import ContactSafe, GateLimits, UpdateGate
 
@@ -89,6 +89,35 @@ def test_with_memory_a_ramp_is_taken_back() -> None:
     safe, _ = run(150, [*ramp, *[5.0] * 100])
     assert safe.taken_back == 1
     assert safe.predict([0.0])[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_sample_that_is_not_finite_neither_closes_it_nor_takes_anything_back() -> None:
+    safe, learner = run(50, [])
+    before = learner.state()
+    with pytest.raises(NotFiniteError):
+        safe.update([0.0], wrench(np.nan))
+    assert safe.gate.open
+    assert np.array_equal(before.ridges[0].W, learner.state().ridges[0].W)
+
+
+def test_where_nothing_is_known_it_allows_for_more() -> None:
+    def learned(unknown_n: float) -> bool:
+        safe = ContactSafe(FeatureRidge((KERNEL,), 20, 0), UpdateGate(LIMITS), 0, unknown_n)
+        return safe.update([0.0], wrench(3.0))
+
+    assert not learned(0.5)
+    assert learned(1.5)
+
+
+def test_what_it_allows_for_where_nothing_is_known_is_gone_once_it_knows() -> None:
+    learner = FeatureRidge((KERNEL,), 20, 0)
+    safe = ContactSafe(learner, UpdateGate(LIMITS), 0, 1.5)
+    assert learner.novelty([0.0]) == pytest.approx(1.0)
+    for _ in range(100):
+        safe.update([0.0], wrench(0.0))
+    # 100 samples against lambda = 0.01: one in 10 001 of the uncertainty is left
+    assert learner.novelty([0.0]) == pytest.approx(1 / 10_001, rel=1e-6)
+    assert not safe.update([0.0], wrench(2.1))
 
 
 def test_after_the_release_it_goes_on_learning() -> None:
