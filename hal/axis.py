@@ -1,5 +1,6 @@
 """One motor axis as the host knows it: its state, read from frames, and the commands it takes."""
 
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
 
@@ -13,6 +14,8 @@ from hal.wire.motor import SET_IMPEDANCE_OFFSET
 
 WINDOW = 7  # POSITION frames behind a velocity estimate: about 30 ms, as on BLL boards
 WINDOW_COUNT = 1 / 29  # ticks/ms that the window resolves; coarser VELOCITY frames are not used
+PERIOD_S = 0.004  # between two POSITION frames
+FASTEST_RAD_S = math.radians(1000.0)  # no joint is: 4 degrees from frame to frame
 
 POWERED = frozenset(
     {
@@ -37,6 +40,7 @@ class Axis:
     """
 
     __slots__ = (
+        "_doubted",
         "_readings",
         "_uses_velocity_frames",
         "_velocity_rad_s",
@@ -106,6 +110,7 @@ class Axis:
         self.replies: dict[int, tuple[int, ...]] = {}
         self.on_change: Callable[[], None] = _nothing
         self.on_limits: Callable[[], None] = _nothing
+        self._doubted: int | None = None  # ticks of the last frame, if it was not believed
         self._readings = readings
         count = velocity_count or 0.0
         self._velocity_rad_s = 1000.0 * self.units.rad_per_tick * count
@@ -177,8 +182,19 @@ class Axis:
         """Note why the axis does not run, empty when nothing is wrong."""
         self._readings.fault[self.index] = text
 
-    def on_position(self, ticks: int, stamp_ns: int) -> None:
-        """A POSITION frame: ticks after the board's own decoupling."""
+    def on_position(self, ticks: int, stamp_ns: int) -> bool:
+        """A POSITION frame: ticks after the board's own decoupling.
+
+        A jump that no joint makes is believed when the next frame says the same, as after a board
+        has found its zero. False when the frame before turns out to have been wrong.
+        """
+        doubted, self._doubted = self._doubted, None
+        if self.heard_ns and not self._could_reach(ticks, self.ticks, stamp_ns):
+            if doubted is None or not self._could_reach(ticks, doubted, self.heard_ns):
+                self._doubted = ticks
+                return doubted is None
+            doubted = None
+            self._window.clear()  # the jump was no motion
         self.ticks = ticks
         self.heard_ns = stamp_ns
         units, readings, index = self.units, self._readings, self.index
@@ -191,6 +207,12 @@ class Axis:
             if stamp_ns > first_ns:
                 rate = (ticks - first_ticks) * 1e9 / (stamp_ns - first_ns)
                 readings.dq_rad_s[index] = rate * units.rad_per_tick
+        return doubted is None
+
+    def _could_reach(self, ticks: int, before: int, stamp_ns: int) -> bool:
+        """Whether a joint gets from one angle to another by now; frames come together at times."""
+        passed_s = max((stamp_ns - self.heard_ns) * 1e-9, PERIOD_S)
+        return abs((ticks - before) * self.units.rad_per_tick) <= FASTEST_RAD_S * passed_s
 
     def on_velocity(self, counts: int) -> None:
         """A VELOCITY frame."""

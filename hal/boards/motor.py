@@ -26,6 +26,7 @@ UNUSED = (
 )  # broadcasts that are not read: taken, so that they do not count as unexpected
 # A single BLL axis prints this when calibration switches it on, and goes on (can-protocol 10.2).
 UNCALIBRATED = "calib failed, axis"
+IMPLAUSIBLE = "POSITION that no joint gets to in its time"
 
 
 class MotorBoard:
@@ -206,10 +207,10 @@ class AddressPair:
             self._faults.drop("POSITION of wrong length")
             return
         self.pulse.heard_ns = stamp_ns
-        if self._first is not None:
-            self._first.on_position(values[0], stamp_ns)
-        if self._second is not None:
-            self._second.on_position(values[1], stamp_ns)
+        if self._first is not None and not self._first.on_position(values[0], stamp_ns):
+            self._faults.drop(IMPLAUSIBLE)
+        if self._second is not None and not self._second.on_position(values[1], stamp_ns):
+            self._faults.drop(IMPLAUSIBLE)
 
     def on_velocity(self, data: bytes, stamp_ns: int) -> None:  # noqa: ARG002  (a handler)
         """VELOCITY: the accelerations are never updated by the firmware."""

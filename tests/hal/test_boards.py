@@ -28,7 +28,7 @@ def test_reads_positions_of_both_axes_of_an_address(script: Script) -> None:
 def test_reads_a_negative_factor_and_the_second_address_of_a_4dc(script: Script) -> None:
     script.bus.positions[0x131] = bytes.fromhex("0FF3FFFF00000000")  # -3313 ticks
     script.bus.positions[0x141] = bytes.fromhex("0008000000000000")  # 2048 ticks
-    script.tick(4)
+    script.tick(8)
 
     q_rad = script.robot.joints.q_rad
     assert q_rad[PROSUP] == pytest.approx(math.radians(-3313 / -706.67 + 74.0))

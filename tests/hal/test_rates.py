@@ -67,7 +67,7 @@ def test_refuses_duty_cycles_in_another_mode() -> None:
 def test_refuses_open_loop_outside_the_limits() -> None:
     script = in_mode(0x01)
     script.bus.positions[0x111] = bytes.fromhex("D1070000") + (400).to_bytes(4, "little")
-    script.tick(5)
+    script.tick(9)
 
     assert script.robot.request("mode", ["roll"], "pwm").reason == (
         "roll is outside its limits at -0.0320 rad"

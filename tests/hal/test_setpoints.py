@@ -157,7 +157,7 @@ def test_limits_a_velocity_to_the_maximal_one(script: Script) -> None:
 def test_slows_a_velocity_that_would_reach_the_limit_within_its_time_out(script: Script) -> None:
     robot = velocity(script)
     script.bus.positions[0x111] = bytes.fromhex("D1070000CD080000")
-    script.tick(4)
+    script.tick(8)
     robot.set_velocities([ROLL], [deg(30.0)])
 
     assert script.tick() == ["001 9C00000100"]
