@@ -13,19 +13,20 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from statistics import median
 
+import msgspec
 import numpy as np
 
 from benchmarks.push import push_rows
 from dforc.cartesian import CartesianParams
-from dforc.dynamics import Estimate
 from dforc.outer_correction import CorrectionParams
 from services.cartesian import Cartesian
 from services.cli.demo import COMPLIANT_BAR_M, STIFF_BAR_M
 from services.config import load_robot
-from services.core.service import Outputs, Service
+from services.core.service import Inputs, Outputs, Service
+from services.core.stream import AnyCall, AnyStream
 from services.dynamics import Dynamics
 from services.experiments.rows import Row, at_least, at_most, publish
-from services.messages import Wrench
+from services.messages import ImpedanceOffset, TorqueEstimate
 from services.reach import ReachOptions
 from services.reach_record import Report
 from services.reach_virtual import Outcome, run_virtual
@@ -241,32 +242,69 @@ def late_rows(robot: RobotFile, seeds: Iterable[int]) -> list[Row]:
     ]
 
 
-class Late(Dynamics):
+class Tampered(Dynamics):
+    """Dynamics whose messages pass through `send` before they leave; also their Carrier."""
+
+    def __init__(self, robot: RobotFile) -> None:
+        super().__init__(robot)
+        self.outputs: Outputs
+        self._own = Outputs("dynamics", self, self.writes, self.serves)
+
+    def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
+        """As ever."""
+        self.outputs = outputs
+        super().step(now_ns, inputs, self._own)
+
+    def send(self, stream: AnyStream, message: msgspec.Struct) -> None:
+        """Carrier: publish."""
+        self.outputs.put(stream, message)
+
+    def send_reply(self, call: AnyCall, token: int, reply: msgspec.Struct) -> None:
+        """Carrier: answer."""
+        self.outputs.reply(call, token, reply)
+
+    def send_request(self, call: AnyCall, token: int, request: msgspec.Struct) -> None:
+        """Carrier: dynamics asks nobody."""
+
+
+class Late(Tampered):
     """Dynamics whose torques come every 10 ms only, and 10 ms after they were estimated."""
 
     def __init__(self, robot: RobotFile) -> None:
         super().__init__(robot)
-        self._waiting: deque[tuple[int, Wrench, Estimate]] = deque()
+        self._waiting: deque[tuple[AnyStream, TorqueEstimate]] = deque()
         self._due_ns = 0
 
-    def _publish(self, now_ns: int, wrench: Wrench, estimate: Estimate, outputs: Outputs) -> None:
-        self._waiting.append((now_ns, wrench, estimate))
+    def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
+        """Every 10 ms let out the newest torques that are 10 ms old."""
+        super().step(now_ns, inputs, outputs)
         if now_ns < self._due_ns:
             return
         self._due_ns = now_ns + LATE_NS
-        late = [entry for entry in self._waiting if entry[0] <= now_ns - LATE_NS]
-        if late:
-            _, old_wrench, old_estimate = late[-1]
-            super()._publish(now_ns, old_wrench, old_estimate, outputs)
-            while self._waiting[0][0] < late[-1][0]:
-                self._waiting.popleft()
+        late: dict[AnyStream, TorqueEstimate] = {}
+        while self._waiting and self._waiting[0][1].stamp_ns <= now_ns - LATE_NS:
+            stream, estimate = self._waiting.popleft()
+            late[stream] = estimate
+        for stream, estimate in late.items():
+            outputs.put(stream, msgspec.structs.replace(estimate, stamp_ns=now_ns))
+
+    def send(self, stream: AnyStream, message: msgspec.Struct) -> None:
+        """Keep torques back."""
+        if isinstance(message, TorqueEstimate):
+            self._waiting.append((stream, message))
+        else:
+            super().send(stream, message)
 
 
-class Weightless(Dynamics):
+class Weightless(Tampered):
     """Dynamics that forgets gravity in the boards' impedance offset."""
 
-    def _gravity(self, q_rad: tuple[float, ...]) -> tuple[float, ...]:
-        return (0.0,) * len(q_rad)
+    def send(self, stream: AnyStream, message: msgspec.Struct) -> None:
+        """Take the gravity out."""
+        if isinstance(message, ImpedanceOffset):
+            nothing = (0.0,) * len(message.tau_nm)
+            message = msgspec.structs.replace(message, tau_nm=nothing)
+        super().send(stream, message)
 
 
 def rest_speed_deg_s(outcome: Outcome) -> float:

@@ -86,6 +86,7 @@ class Dynamics(Service):
         self._still: Vector = np.zeros(model.n)
         self._next_look_ns = 0
         self._looks = 0
+        self._gravity.torques(self._still, None)  # compiled now, if not yet, and not in a step
         felt = tuple(part for part in body.parts if part.felt)
         wrenches = tuple(sensor.wrench for sensor in body.sensors)
         states = tuple(part.state for part in body.parts)

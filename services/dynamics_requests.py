@@ -37,7 +37,8 @@ def _reply(dynamics: "Dynamics", request: DynamicsRequest) -> Reply:
 def _carry_out(dynamics: "Dynamics", request: DynamicsRequest) -> str:
     tasks = dynamics.tasks
     if request.action == "calibrate":
-        tasks.calibrate(request.sensors, request.samples, dynamics.filtered.contacts.is_touched)
+        touched = dynamics.filtered.contacts.is_touched
+        tasks.calibrate(request.sensors, request.samples, dynamics.gate.trouble_around, touched)
     elif request.action == "reset":
         tasks.reset(request.sensors)
     elif request.action == "assume":

@@ -31,6 +31,7 @@ PROCESSES = (
     Process("robot", "services.robot", fifo_priority=50, on_can=True),
     Process("guard", "services.guard", fifo_priority=45, on_can=True),
     Process("dynamics", "services.dynamics", fifo_priority=48, feels=True),
+    Process("learner", "services.learner", nice=5, feels=True),
     Process("ik", "services.ik", nice=5, reaches=True),
     Process("cartesian", "services.cartesian", reaches=True),
     Process("field", "services.field", nice=5, reaches=True),

@@ -64,9 +64,19 @@ class SensorTasks:
         return tuple(i for i, name in enumerate(self._names) if not names or name in names)
 
     def calibrate(
-        self, names: Sequence[str], samples: int, is_touched: Callable[[int], bool]
+        self,
+        names: Sequence[str],
+        samples: int,
+        trouble_around: Callable[[int], str],
+        is_touched: Callable[[int], bool],
     ) -> None:
         """Begin to look for offsets.
+
+        Args:
+            names: sensors; none = all.
+            samples: readings to average.
+            trouble_around: why the joints around a sensor are not known; empty = they are.
+            is_touched: whether something touches the limb beyond it.
 
         Raises:
             TaskRefusedError: nothing was begun.
@@ -75,9 +85,17 @@ class SensorTasks:
         if not 1 <= samples <= MOST_SAMPLES:
             raise TaskRefusedError(f"samples must be 1..{MOST_SAMPLES}, not {samples}")
         for i in chosen:
+            name, trouble = self._names[i], trouble_around(i)
+            if trouble:
+                raise TaskRefusedError(f"{name}: {trouble}; calibrate the robot's joints first")
+            if not self._bank.is_heard(i):
+                flags = [flag for flag in self._bank.flags(i) if flag != "uncalibrated"]
+                raise TaskRefusedError(
+                    f"{name} gives no good readings ({', '.join(flags)}); see `ulna can scan`"
+                )
             if self._bank.valid[i] and is_touched(i):
                 raise TaskRefusedError(
-                    f"{self._names[i]}: something touches the limb; free it, or, if nothing does, "
+                    f"{name}: something touches the limb; free it, or, if nothing does, "
                     f"reset the sensor first"
                 )
         self._calibrations.start([self._names[i] for i in chosen], samples)

@@ -21,6 +21,7 @@ from services.emulation import rig_spec
 from services.field import Field
 from services.guard import GuardService
 from services.ik import Ik
+from services.learner import Learner
 from services.rates import Rates
 from services.robot import RobotService
 from services.robot_tables import BusTable, RobotFile
@@ -61,6 +62,7 @@ class Simulation:
         replaced: Mapping[str, Service] | None = None,
         wrapped: Callable[[str, Service], Service] | None = None,
         setting: Setting | None = None,
+        learner: bool = False,
     ) -> None:
         """Build everything.
 
@@ -72,6 +74,7 @@ class Simulation:
             wrapped: puts something around each service, for experiments that break one.
             replaced: services that take the place of the stack's own, by process name.
             setting: clock, buses and rates; virtual time and memory buses by default.
+            learner: whether one learns beside the dynamics; the stack works without it.
         """
         setting = setting or self._virtual(robot, hop_ticks)
         self._setting = setting
@@ -85,6 +88,8 @@ class Simulation:
         }
         if robot.sensors:
             stack["dynamics"] = Dynamics(robot, setting.rates)
+            if learner:
+                stack["learner"] = Learner(robot)
         if robot.can_reach:
             stack |= {
                 "ik": Ik(robot),

@@ -32,6 +32,10 @@ class TorqueGate:
         self._around = [named[sensor.part] for sensor in body.sensors]
         self._judged: object = None
 
+    def trouble_around(self, sensor: int) -> str:
+        """Why the joints around a sensor are not known; empty = they are."""
+        return self._trouble(self._around[sensor])
+
     def assume(self, assumption: Assumption) -> None:
         """Judge by other contacts from now on."""
         self._parts.assume(assumption)
@@ -62,5 +66,5 @@ class TorqueGate:
         if self._source.frame:
             missing += tuple(n for n in self._source.parts if not self._joints.is_heard(n))
         if missing:
-            return f"no valid joint states of {', '.join(dict.fromkeys(missing))}"
+            return f"joints of {', '.join(dict.fromkeys(missing))} are not heard or not calibrated"
         return self._source.trouble

@@ -1,4 +1,4 @@
-"""Compile the emulated robot's inner loop before somebody waits for it: python -m services.warm.
+"""Compile the inner loops before somebody waits for them: python -m services.warm.
 
 Numba keeps on disk what it has compiled, so this takes seconds once and nothing afterwards.
 """
@@ -6,14 +6,17 @@ Numba keeps on disk what it has compiled, so this takes seconds once and nothing
 from firmware_sim.boards.warm import warm
 from firmware_sim.rig import Rig
 from services.config import load_robot
+from services.dynamics import Dynamics
 from services.emulation import rig_spec
 from services.processes import DEFAULT_ROBOT
 
 
 def main() -> int:
-    """Run everything that is compiled: every door of the boards, and the plant."""
+    """Run everything that is compiled: every door of the boards, the plant, and the dynamics."""
     warm()
-    Rig(rig_spec(load_robot(DEFAULT_ROBOT), seed=0)).step({})
+    robot = load_robot(DEFAULT_ROBOT)
+    Rig(rig_spec(robot, seed=0)).step({})
+    Dynamics(robot)
     return 0
 
 

@@ -116,7 +116,7 @@ def test_old_joint_states_stop_the_torques_and_say_whose(arm: Stand) -> None:
     before = len(arm.bench.sent(RIGHT_ARM))
     arm.run(10)
     assert len(arm.bench.sent(RIGHT_ARM)) == before
-    assert arm.silent()["right_arm"] == "no valid joint states of torso"
+    assert arm.silent()["right_arm"] == "joints of torso are not heard or not calibrated"
 
 
 def test_joints_of_the_wrong_number_are_refused_and_counted(arm: Stand) -> None:

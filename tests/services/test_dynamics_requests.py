@@ -129,6 +129,18 @@ def test_first_calibration_is_given_up_when_readings_differ_too_much(arms: Robot
     assert stand.health("l_arm_ft").ok
 
 
+def test_calibration_is_refused_without_joints_or_readings(arms: RobotFile) -> None:
+    stand = Stand(arms)
+    stand.unheard = {"left_arm"}
+    stand.faults = {"r_arm_ft": None}
+    stand.run(20)
+    for sensor, why in (("l_arm_ft", "joints of left_arm are not"), ("r_arm_ft", "(missing)")):
+        reply = stand.ask("calibrate", sensor)
+        assert not reply.ok
+        assert sensor in reply.reason
+        assert why in reply.reason
+
+
 @pytest.mark.parametrize("samples", [0, 1_000_000])
 def test_a_calibration_of_absurd_length_is_refused(stand: Stand, samples: int) -> None:
     reply = stand.ask("calibrate", samples=samples)

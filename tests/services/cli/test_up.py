@@ -54,7 +54,7 @@ def test_emulated_boards_run_where_the_site_has_some() -> None:
 
 def test_controllers_of_the_reaching_limb_run_only_where_it_is() -> None:
     names = [row.name for row in up.rows_for(load_robot("icub:lower_body"))]
-    assert names == ["hub", "boards", "robot", "guard", "dynamics"]
+    assert names == ["hub", "boards", "robot", "guard", "dynamics", "learner"]
 
 
 def test_dynamics_runs_only_where_a_force_torque_sensor_is() -> None:
