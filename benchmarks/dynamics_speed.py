@@ -12,8 +12,8 @@ from dforc.estimation.assumption import Assumption, Contact, standing
 from dforc.estimation.estimator import WholeBodyEstimator
 from services.experiments.rows import Row, at_least, at_most
 
-ROUNDS, COUNT = 300, 20
-"""Many short turns: other processes spoil some of them, and the median forgets those."""
+ROUNDS, COUNT = 200, 40
+"""Turns long enough for warm caches, many enough for the median to forget disturbed ones."""
 SCENES = 32
 ROBOTS = 64
 PEER = "idyntree"

@@ -25,7 +25,7 @@ from dforc.errors import DforcError, NotFiniteError, ShapeError
 from dforc.estimation import geometry
 from dforc.estimation.assumption import Assumption, AssumptionError, BaseMotion, Point
 from dforc.estimation.estimate import BodyEstimate
-from dforc.estimation.path import DONE, NOT_FINITE, WRONG_SHAPE, Path, Prepared
+from dforc.estimation.path import DONE, WRONG_SHAPE, Path, Prepared
 from dforc.estimation.plan import make_plan
 from dforc.estimation.tree_model import TreeModel
 
@@ -215,7 +215,6 @@ def _refuse(model: TreeModel, status: int, given: tuple[Vector, Vector, Vector, 
     if status == WRONG_SHAPE:
         shapes = [np.shape(part) for part in given]
         raise ShapeError(f"{names} are {shapes}, expected ({model.n},) each and ({model.m}, 6)")
-    if status == NOT_FINITE:
-        bad = [name for name, part in zip(names, given, strict=True) if not np.isfinite(part).all()]
-        raise NotFiniteError(f"not finite or absurdly large: {bad or 'the kinematic source'}")
-    raise NotFiniteError("the estimate itself is not finite: an input is absurdly large")
+    parts = zip(names, given, strict=True)
+    bad = [name for name, part in parts if not np.isfinite(part).all()]
+    raise NotFiniteError(f"not finite, or absurdly large: {bad or 'some input'}")

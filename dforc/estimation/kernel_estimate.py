@@ -8,7 +8,7 @@ from dforc.estimation.kernel_views import plan_of, results_of, room_of, scratch_
 from dforc.estimation.tree_model import Indices, Places
 
 LARGEST = 1.0e300
-DONE, NOT_FINITE, WRONG_SHAPE, TOO_LARGE = 0, 1, 2, 3
+DONE, NOT_FINITE, WRONG_SHAPE = 0, 1, 2
 MAINSTAY, WRENCH = 1, 2
 BODIES, JOINTS, SENSORS, SOURCE = 0, 1, 2, 6
 NEED, GIVEN, END = 52, 58, 64
@@ -236,4 +236,4 @@ def estimate(
     solve(whole, real, poses, (found, points, base, numbers))
     give(contacts, points, found, bodies)
     torques(tree, sub_models, tau)
-    return TOO_LARGE if is_strange(out[12 * whole[BODIES] :]) else DONE
+    return NOT_FINITE if is_strange(out[12 * whole[BODIES] :]) else DONE

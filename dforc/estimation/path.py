@@ -10,7 +10,7 @@ from dforc.estimation.plan import Plan
 # q, dq, ddq (n,), wrenches (m, 6), results -> status
 Run = Callable[[Vector, Vector, Vector, Matrix, Vector], int]
 
-DONE, NOT_FINITE, WRONG_SHAPE, TOO_LARGE = 0, 1, 2, 3
+DONE, NOT_FINITE, WRONG_SHAPE = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ import pinocchio as pin
 from numpy.lib.stride_tricks import as_strided
 
 from dforc.arrays import Matrix, Vector
-from dforc.estimation.path import DONE, NOT_FINITE, TOO_LARGE, WRONG_SHAPE, Prepared
+from dforc.estimation.path import DONE, NOT_FINITE, WRONG_SHAPE, Prepared
 from dforc.estimation.plain_contacts import solve_sub_model
 from dforc.estimation.plain_plan import FREE, Gathered
 from dforc.estimation.plan import MAINSTAY, Plan
@@ -21,7 +21,6 @@ from dforc.estimation.tree_model import TreeModel
 from dforc.robot_model import ModelError
 
 GRAVITY_M_S2 = 9.81
-LARGEST_SQUARE = 1.0e300
 
 
 class PlainPath:
@@ -66,10 +65,6 @@ class PlainPath:
         size = (self._tree.n,)
         if (q.shape, dq.shape, ddq.shape, wrenches.shape) != (size, size, size, given.readings):
             return WRONG_SHAPE
-        read = wrenches.ravel() if given.all_valid else wrenches[given.cut].ravel()
-        square = q.dot(q) + dq.dot(dq) + ddq.dot(ddq) + read.dot(read)
-        if not square + motion.dot(motion) < LARGEST_SQUARE:
-            return NOT_FINITE
         self._q[self._q_at], self._v[self._columns], self._a[self._columns] = q, dq, ddq
         self._move_base(given.plan, motion)
         tau = pin.rnea(self._model, self._data, self._q, self._v, self._a)
@@ -77,47 +72,47 @@ class PlainPath:
         out[: self._poses.size] = self._poses.ravel()
         forces = self._forces[given.sensor_body]
         out[given.layout.internal] = -forces.ravel()
-        poses = self._poses[given.bodies]  # of valid sensors, then of contacts
-        beyond = np.empty((given.sub_models, 6))
-        beyond[0] = self._forces[0]
-        if given.cuts:
-            near = poses[: given.cuts]
-            excess = wrenches + forces if given.all_valid else (wrenches + forces)[given.cut]
-            # Rows times the transposed rotation: both halves of all wrenches into base axes.
-            cut = (excess.reshape(-1, 2, 3) @ near[:, :3]).reshape(-1, 6)
-            cut[:, 3:] += _cross(near[:, 3], cut[:, :3])
-            beyond[1:] = cut
-        acting = self._solve(given, beyond, poses[given.cuts :], out)
-        tau = tau - np.einsum("jr,rj->j", acting, J)
+        excess = wrenches + forces
+        acting = self._contacts(given, excess if given.all_valid else excess[given.cut], out)
+        tau = tau - np.vecdot(acting, J.T)
         out[given.layout.tau] = tau[self._columns]
+        # Every input that counts is in the results, so this finds its NaN too.
         results = out[given.layout.tau.start :]
-        return DONE if math.isfinite(results.dot(results)) else TOO_LARGE
+        return DONE if math.isfinite(results.dot(results)) else NOT_FINITE
 
-    def _solve(self, given: Gathered, beyond: Matrix, poses: Matrix, out: Vector) -> Matrix:
+    def _contacts(self, given: Gathered, excess: Matrix, out: Vector) -> Matrix:
         """Contacts and residuals into `out`; what the world gives each joint, about the origin."""
-        plan, layout = given.plan, given.layout
-        missing = given.between @ beyond
-        known = self._known(plan, missing) if plan.known else None
+        plan, layout, cuts = given.plan, given.layout, given.cuts
+        poses = self._poses[given.bodies]  # of valid sensors, then of contacts
+        points = np.vecmat(given.points, poses)
+        beyond = np.empty((given.sub_models, 2, 3))
+        beyond[0] = self._forces[0].reshape(2, 3)
+        # Rows times the transposed rotation: both halves of all wrenches into base axes.
+        beyond[1:] = excess.reshape(-1, 2, 3) @ poses[:cuts, :3]
+        # All moments from one product: p x f of the sensors, P x F of the contacts.
+        levers = _cross(points, given.forces @ beyond[:, 0])
+        beyond[1:, 1] += levers[:cuts]
+        wrenches = beyond.reshape(-1, 6)
+        if given.simple:
+            results = given.at_once @ wrenches  # of joints, contacts and the base
+            found = results[self._model.nv : -1]
+            found[:, 3:] -= levers[cuts:]
+            out[layout.points], out[layout.wrenches] = points[cuts:].ravel(), found.ravel()
+            out[layout.base], out[layout.subs] = results[-1], given.numbers
+            of_joints: Matrix = results[: self._model.nv]
+            return of_joints
+        missing = given.between @ wrenches
+        known = self._known(plan, missing)
         out[layout.base] = missing[0] if plan.methods[0] == MAINSTAY else 0.0
-        if not given.others:
-            out[layout.subs] = given.numbers
-            if plan.contacts:
-                points = (given.points @ poses)[:, 0]
-                found = given.whole @ missing
-                found[:, 3:] -= _cross(points, found[:, :3])
-                out[layout.points], out[layout.wrenches] = points.ravel(), found.ravel()
-            if known is None:
-                return given.share_of_sub_models @ beyond
-            acting = given.whole @ missing
-        else:
-            acting = self._solve_others(given, missing, poses, out)
-        parts = [beyond[1:], acting] if known is None else [beyond[1:], acting, known]
-        return given.share @ np.concatenate(parts)
+        acting = self._solve_others(given, missing, points[cuts:], out)
+        return given.share @ np.concatenate([wrenches[1:], acting, known])
 
-    def _solve_others(self, given: Gathered, missing: Matrix, poses: Matrix, out: Vector) -> Matrix:
+    def _solve_others(
+        self, given: Gathered, missing: Matrix, points: Matrix, out: Vector
+    ) -> Matrix:
         """Sub-models that are not simply one whole wrench. Returns wrenches about the origin."""
         layout = given.layout
-        points, directions = (given.points @ poses)[:, 0], (given.directions @ poses)[:, 0]
+        directions = np.vecmat(given.directions, self._poses[given.bodies[given.cuts :]])
         found = given.whole @ missing
         found[:, 3:] -= _cross(points, found[:, :3])
         numbers = given.numbers.reshape(layout.sensors + 1, -1).copy()
@@ -172,7 +167,7 @@ class PlainPath:
 
 def _cross(a: Matrix, b: Matrix) -> Matrix:
     """Row by row; numpy's own takes ten times as long for so few."""
-    crossed: Matrix = (b[:, None] @ (a @ CROSS).reshape(-1, 3, 3))[:, 0]
+    crossed: Matrix = np.vecmat(b, (a @ CROSS).reshape(-1, 3, 3))
     return crossed
 
 

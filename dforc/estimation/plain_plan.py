@@ -25,8 +25,10 @@ class Gathered:
         self.first = [0, *cut_body]
         self.bodies = np.array([*cut_body, *(c.body for c in contacts)], dtype=np.intp)
         # A pose has four rows: three columns of the rotation and the origin.
-        self.points = np.array([[*c.point, 1.0] for c in contacts]).reshape(-1, 1, 4)
-        self.directions = np.array([[*c.direction, 0.0] for c in contacts]).reshape(-1, 1, 4)
+        origins = [(0.0, 0.0, 0.0, 1.0)] * self.cuts
+        points = [*origins, *((*c.point, 1.0) for c in contacts)]
+        self.points = np.array(points).reshape(-1, 4)
+        self.directions = np.array([[*c.direction, 0.0] for c in contacts]).reshape(-1, 4)
         self.between = np.eye(len(subs))  # from beyond each cut to what is missing in between
         for sub in subs[1:]:
             self.between[plan.above(sub), sub] = -1.0
@@ -42,11 +44,17 @@ class Gathered:
             else:
                 unknowns = tuple(contacts[i].unknowns for i in members)
                 self.others.append((sub, members, unknowns))
+        # From the forces beyond each cut to those of the cuts and the single whole wrenches.
+        self.forces = np.vstack([np.eye(len(subs))[1:], self.whole @ self.between])
         self.numbers: Vector = numbers.ravel()
         self.share = _share(plan, velocities)
+        # Without least squares and known wrenches everything is one product.
+        self.simple = not self.others and not plan.known
         cuts, found = self.share[:, : self.cuts], self.share[:, self.cuts :][:, : len(contacts)]
-        beyond_only = np.hstack([np.zeros((velocities, 1)), cuts])
-        self.share_of_sub_models = beyond_only + found @ self.whole @ self.between
+        found_from = self.whole @ self.between
+        of_joints = np.hstack([np.zeros((velocities, 1)), cuts]) + found @ found_from
+        held = plan.methods[0] == MAINSTAY
+        self.at_once = np.vstack([of_joints, found_from, self.between[:1] * held])
 
 
 def _share(plan: Plan, velocities: int) -> Matrix:
