@@ -96,11 +96,12 @@ class ImpedanceOffset(Message, frozen=True, kw_only=True):
 class JointCommand(Message, frozen=True, kw_only=True):
     """Set-points of one part: the HAL takes the quantity that the mode names."""
 
-    mode: str  # direct | velocity | torque
+    mode: str  # direct | velocity | torque | pwm
     q_rad: Floats = ()
     dq_rad_s: Floats = ()
     tau_nm: Floats = ()
     joints: tuple[str, ...] = ()  # of the part, that the values belong to; empty = all
+    duty_percent: Floats = ()  # pwm: of the bridge's full scale, in the board's own sign
 
 
 class Goal(Message, frozen=True, kw_only=True):
@@ -258,11 +259,13 @@ class ServiceStats(Message, frozen=True, kw_only=True):
 class RobotRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     """Something for the HAL to do."""
 
-    action: str  # calibrate | move | mode | interaction | stop | idle
+    action: str  # calibrate | move | mode | interaction | stop | park | idle | tune
     joints: tuple[str, ...] = ()  # empty = all
-    value: str = ""  # mode: idle, position, direct, velocity, torque; interaction: stiff, compliant
+    value: str = ""  # mode: idle, position, direct, velocity, torque, pwm; interaction: stiff,
+    # compliant; tune: position_pid, torque_pid, impedance, current_limit, velocity_limit
     q_rad: Floats = ()
     duration_s: float = 0.0
+    settings: tuple[tuple[str, float], ...] = ()  # tune: all of the kind, by the HAL's names
 
 
 class FtRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):

@@ -3,7 +3,7 @@
 Reads   joint_command, torque_estimate, impedance_offset of every part
 Writes  joint_state of every part, wrench of every FT sensor, what other sensor boards measure
         (sensor_streams.py), robot/status (its heartbeat)
-Serves  robot/request: calibrate, move, mode, interaction, stop, idle
+Serves  robot/request: calibrate, move, mode, interaction, stop, park, idle, tune
 When commands go silent the boards hold their last reference. When torques go silent for 60 ms
 compliant joints are made stiff. What is not finite, out of order or too old is refused and counted;
 hal.Robot keeps every limit.
@@ -24,6 +24,7 @@ from services.messages import (
     JointCommand,
     JointState,
     Reply,
+    RobotRequest,
     RobotStatus,
     Vector3,
     Wrench,
@@ -40,6 +41,7 @@ from services.streams import (
     TORQUE_ESTIMATE,
     WRENCH,
 )
+from services.tuning_requests import TuningError, tuning_of
 from services.wiring import parked, robot_description
 
 STATUS_HZ = 50
@@ -139,16 +141,24 @@ class RobotService(Service):
 
     def _serve(self, inputs: Inputs, outputs: Outputs) -> None:
         for token, asked in inputs.requests(ROBOT_CALL):
-            request = parked(self._robot, asked)
-            task = self._hal.request(
-                request.action, request.joints, request.value, request.q_rad, request.duration_s
-            )
+            task = self._start(parked(self._robot, asked))
             self._last_task += 1
             self._tasks[self._last_task] = task
             refused = task.done and not task.ok
             outputs.reply(
                 ROBOT_CALL, token, Reply(ok=not refused, reason=task.reason, task=self._last_task)
             )
+
+    def _start(self, request: RobotRequest) -> Task:
+        if request.action != "tune":
+            return self._hal.request(
+                request.action, request.joints, request.value, request.q_rad, request.duration_s
+            )
+        try:
+            joint, change = tuning_of(request)
+        except TuningError as error:
+            return Task.refused("tune", str(error))
+        return self._hal.tune(joint, change)
 
     def _collect_tasks(self) -> None:
         if not self._tasks:
@@ -186,6 +196,8 @@ class RobotService(Service):
             self._hal.set_velocities(joints, command.dq_rad_s)
         elif command.mode == "torque":
             self._hal.set_torques(joints, command.tau_nm)
+        elif command.mode == "pwm":
+            self._hal.set_duties(joints, command.duty_percent)
         else:
             self._refusals[f"unknown command mode {command.mode!r}"] += 1
 

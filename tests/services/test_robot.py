@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from firmware_sim.boards.axis_state import Axis
+from firmware_sim.boards.motor_board import MotorBoard
 from hal.readings import ForceTorqueSample
 from services.core.service import Inputs, Outputs, Period, Service
 from services.core.stream import AnyStream
@@ -15,6 +17,7 @@ from services.robot import averaged
 from services.robot_tables import RobotFile
 from services.simulation import Simulation
 from services.streams import JOINT_COMMAND, ROBOT_CALL, ROBOT_STATUS
+from services.wiring import robot_description
 
 ARM = JOINT_COMMAND["right_arm"]
 
@@ -90,6 +93,14 @@ class Desk:
     def refusals(self) -> dict[str, int]:
         assert self.operator.status is not None
         return dict(self.operator.status.refusals)
+
+
+def elbow(desk: Desk) -> Axis:
+    """The emulated board's own right elbow."""
+    spec = next(one for one in robot_description(desk.robot).boards if one.name == "r_elbow")
+    board = desk.simulation.rig.board(spec.bus, spec.address)
+    assert isinstance(board, MotorBoard)
+    return board.axes[1]
 
 
 @pytest.fixture(scope="module")
@@ -197,6 +208,63 @@ def test_unknown_action_is_refused_with_the_known_ones(desk: Desk) -> None:
     reply = desk.ask(RobotRequest(action="dance"))
     assert not reply.ok
     assert "calibrate" in reply.reason
+
+
+STIFFER = (("stiffness_nm_deg", 0.5), ("damping_nms_deg", 0.03))
+
+
+def test_a_joint_is_tuned_on_request(desk: Desk) -> None:
+    request = RobotRequest(action="tune", joints=("r_elbow",), value="impedance", settings=STIFFER)
+    assert desk.ask(request).ok
+    desk.until(lambda status: not status.busy)
+
+    status = desk.operator.status
+    assert status is not None
+    assert not [reason for _, reason in status.failed_tasks if reason.startswith("tune")]
+    impedance = elbow(desk).impedance
+    # 8 N m are 0x8000 torque units, a degree is 11.375 ticks: 0.5 * 4096 / 11.375, and thousandths.
+    assert (impedance.stiffness, impedance.damping) == (180, 10803)
+
+
+def test_open_loop_duties_reach_the_board(desk: Desk) -> None:
+    assert desk.ask(RobotRequest(action="mode", joints=("r_elbow",), value="pwm")).ok
+    seen = []
+    for _ in range(6):  # without one for 100 ms the joint goes to position mode
+        desk.operator.orders.append(
+            lambda now_ns, outputs: outputs.put(
+                ARM,
+                JointCommand(stamp_ns=now_ns, mode="pwm", joints=("r_elbow",), duty_percent=(3.0,)),
+            )
+        )
+        desk.simulation.executor.run(0.05)
+        seen.append(elbow(desk).openloop_pwm)
+    assert seen == [24] * 6  # of 800
+    desk.simulation.executor.run(0.5)
+    assert desk.ask(RobotRequest(action="mode", value="direct")).ok
+    desk.until(lambda status: not status.busy)
+
+
+@pytest.mark.parametrize(
+    ("joints", "value", "settings", "reason"),
+    [
+        ((), "impedance", STIFFER, "tune takes one joint, not 0"),
+        (("r_elbow",), "colour", STIFFER, "cannot tune 'colour'; known: position_pid"),
+        (("r_elbow",), "impedance", STIFFER[:1], "impedance: Object missing required field"),
+        (("r_elbow",), "current_limit", (("limit_ma", 0.5),), "current_limit: Expected `int`"),
+        (("r_elbow",), "velocity_limit", (("limit_deg_s", 1e6),), "velocity limit 1e+06"),
+        (("r_tail",), "impedance", STIFFER, "r_tail"),
+    ],
+)
+def test_what_cannot_be_tuned_is_refused_with_the_reason(
+    desk: Desk,
+    joints: tuple[str, ...],
+    value: str,
+    settings: tuple[tuple[str, float], ...],
+    reason: str,
+) -> None:
+    reply = desk.ask(RobotRequest(action="tune", joints=joints, value=value, settings=settings))
+    assert not reply.ok
+    assert reason in reply.reason
 
 
 def test_one_wrench_sample_is_passed_on_and_several_are_averaged() -> None:
