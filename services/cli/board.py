@@ -1,6 +1,5 @@
 """`ulna board`: plug one emulated board into a bus, and list the boards of a robot."""
 
-import sys
 from collections import defaultdict
 from typing import Literal
 
@@ -9,6 +8,7 @@ from rich.table import Column, Table
 
 from hal.errors import HalError
 from services.cli.can_stats import wide_console
+from services.cli.complaint import complain
 from services.config import load_robot
 from services.core.errors import ServiceError
 from services.plug import Place, addresses_of, plugged
@@ -68,7 +68,7 @@ def board_run(
         wire = Wire(can=can or "", interface=interface, channel=channel, stack=stack, hub=hub)
         return run_board(chosen, wire, _say, seconds=seconds, status=status, seed=seed)
     except (ServiceError, HalError) as error:
-        print(f"error: {error}", file=sys.stderr)
+        complain(error)
         return 2
 
 
@@ -84,7 +84,7 @@ def board_list(*, robot: str = WHOLE_ROBOT) -> int:
     try:
         wide_console().print(board_table(load_robot(robot)))
     except ServiceError as error:
-        print(f"error: {error}", file=sys.stderr)
+        complain(error)
         return 2
     return 0
 

@@ -5,6 +5,7 @@ import sys
 import msgspec
 from rich.console import Console
 
+from services.cli.complaint import complain
 from services.cli.dynamics_client import DynamicsClient
 from services.cli.dynamics_sweep import MOVES, sweep_limb
 from services.cli.dynamics_tables import contact_table, model_table, sensor_table, silent_lines
@@ -181,5 +182,5 @@ def _request(request: DynamicsRequest, stack: str) -> int:
 
 
 def _complain(error: ServiceError) -> int:
-    print(f"error: {error}", file=sys.stderr)
+    complain(error)
     return FAILED

@@ -8,6 +8,7 @@ from rich.table import Table
 
 from firmware_sim.switch_table import SWITCHES
 from services.cli.can_dbc import bus_named
+from services.cli.complaint import complain
 from services.config import load_robot
 from services.core.client import Client
 from services.core.clock import RealClock
@@ -69,7 +70,7 @@ def board_fault(
             milliseconds=milliseconds,
         )
     except ValueError:
-        print(f"error: {identifier!r} is no hexadecimal identifier", file=sys.stderr)
+        complain(f"{identifier!r} is no hexadecimal identifier")
         return FAILED
     try:
         record = read_record(stack)
@@ -80,7 +81,7 @@ def board_fault(
         with Client(record.robot, record.endpoint, RealClock()) as client:
             reply = client.call(FAULT_CALL, request)
     except ServiceError as error:
-        print(f"error: {error}", file=sys.stderr)
+        complain(error)
         return FAILED
     print(reply.reason, file=sys.stdout if reply.ok else sys.stderr)
     return 0 if reply.ok else 1

@@ -8,6 +8,7 @@ from pathlib import Path
 import cyclopts
 
 from services.cli import experiment as experiments
+from services.cli.complaint import complain
 from services.core.errors import ProcessDiedError, ServiceError
 
 PACKAGES = ("services", "hal", "dforc", "firmware_sim")
@@ -82,7 +83,7 @@ def main(arguments: list[str] | None = None) -> int:
         check_one_home()
         status = app(arguments, result_action="return_value")
     except ServiceError as error:
-        print(f"ulna: {error}", file=sys.stderr)
+        complain(error)
         if isinstance(error, ProcessDiedError) and error.log_tail:
             print(error.log_tail, file=sys.stderr)
         return USAGE_ERROR

@@ -1,7 +1,6 @@
 """`ulna up`: start the processes of the stack, watch them, and bring them down in the safe way."""
 
 import signal
-import sys
 from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Literal
@@ -9,6 +8,7 @@ from typing import Literal
 from hal.buses.socketcan import interfaces_up
 from hal.errors import HalError
 from services.board_news import BoardNews
+from services.cli.complaint import complain
 from services.config import load_robot
 from services.core.child import Child
 from services.core.client import Client
@@ -232,10 +232,10 @@ def up(robot: str = DEFAULT_ROBOT, *, can: Can | None = None, seed: int = 0, nam
         print("stopped", flush=True)
         return 0
     except ProcessDiedError as error:
-        print(f"error: {error}; the end of its log:\n{error.log_tail}", file=sys.stderr)
+        complain(f"{error}; the end of its log:\n{error.log_tail}")
         return 1
     except (ServiceError, HalError) as error:
-        print(f"error: {error}", file=sys.stderr)
+        complain(error)
         return 2
     return 0
 

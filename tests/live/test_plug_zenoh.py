@@ -20,7 +20,7 @@ def test_a_board_whose_address_is_taken_is_refused(tmp_path: Path) -> None:
         first.until("streams started")
         bench.until("restarted", "needs calibration")
         with board_run() as second:
-            second.until("error: somebody else sends as address 5 on bus 0")
+            second.until("ulna: somebody else sends as address 5 on bus 0")
             assert second.ended() == 2
         assert first.stop() == 0
 

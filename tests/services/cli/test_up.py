@@ -71,7 +71,7 @@ def test_the_table_names_every_process_once_and_the_hub_first() -> None:
 def test_an_unknown_robot_is_one_sentence_and_a_status(capsys: pytest.CaptureFixture[str]) -> None:
     assert up.up("marvin") == 2
     output = capsys.readouterr()
-    assert "error: no robot file" in output.err
+    assert "ulna: no robot file" in output.err
     assert "known robots: icub" in output.err
 
 
