@@ -157,7 +157,9 @@ class ContactWatch:
             location, link, place = "shape", found.link, found.point_m
         elif found is not None:
             location = "unsure"
-        moment = wrench[3:] + np.cross(point - place, wrench[:3])
+        moment = wrench[3:]
+        if place is not point:
+            moment = moment + np.cross(point - place, wrench[:3])
         return ContactEstimate(
             limb=watched.limb,
             link=link,

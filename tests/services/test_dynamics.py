@@ -161,3 +161,20 @@ def test_parts_without_torque_sensors_are_not_written(whole: RobotFile) -> None:
     names = [stream.name.split("/")[0] for stream in torque_streams(stand.dynamics)]
     assert names == ["torso", "left_arm", "right_arm", "left_leg", "right_leg"]
     assert IMPEDANCE_OFFSET["head"] not in stand.dynamics.writes
+
+
+def test_what_acceleration_adds_beyond_the_sensor_is_measured(robot: RobotFile) -> None:
+    """The estimate takes accelerations as zero, yet the shoulder's torque has most of them."""
+    stand = Stand(robot)
+    stand.calibrate()
+    middle = stand.q_rad
+    ddq = np.zeros(len(middle))
+    ddq[stand.body.joints.index("r_shoulder_pitch")] = 8.0
+    stand.path = lambda _: (middle, np.zeros(len(middle)), ddq)  # the first instant of a swing
+    stand.run(5)
+    shoulder = stand.body.joints.index("r_shoulder_pitch")
+    true = stand.tau_nm()[shoulder]
+    at_rest = stand.model.gravity(middle)[shoulder]
+    estimate = stand.bench.last(RIGHT_ARM).tau_nm[0]
+    assert abs(true - at_rest) > 0.4
+    assert abs(true - estimate) < 0.1 * abs(true - at_rest)
