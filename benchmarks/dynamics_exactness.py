@@ -1,6 +1,7 @@
 """The estimate against Newton and Euler by the book, and against idyntree where that is right."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +23,9 @@ from dforc.estimation.assumption import Assumption, Contact, Kind
 from dforc.estimation.estimate import BodyEstimate
 from dforc.estimation.estimator import WholeBodyEstimator
 from services.experiments.rows import Row, at_most
+
+if TYPE_CHECKING:
+    from benchmarks.dynamics_peer import Peer
 
 BAR = 1e-9
 SCENES = 12
@@ -72,31 +76,74 @@ def cases(scenes: int) -> Iterator[tuple[str, Robot, bool]]:
                 yield f"{urdf}, {len(sensors)} FT, {base} ({scenes} scenes)", made, floating
 
 
-def largest(made: Robot, estimator: WholeBodyEstimator, scenes: int, *, floating: bool) -> Array:
-    """Largest errors over random scenes."""
+def largest(made: Robot, scenes: int, *, floating: bool) -> dict[str, Array]:
+    """Largest errors of each path over random scenes."""
     rng = np.random.default_rng(20)
-    worst = np.zeros(4)
+    paths = {"compiled": True, "plain": False} if HAS_COMPILER else {"plain": False}
+    estimators = {
+        name: WholeBodyEstimator(made.tree, Assumption(), compiled=way)
+        for name, way in paths.items()
+    }
+    worst = {name: np.zeros(4) for name in paths}
     for _ in range(scenes):
         assumption = random_assumption(rng, made, floating=floating)
         true = scene(rng, made, assumption)
-        estimator.assume(assumption)
         imu = true.imu if floating else None
-        found = estimator.estimate(true.q, true.dq, true.ddq, true.readings, None, imu)
-        worst = np.maximum(worst, errors(found, true))
+        for name, estimator in estimators.items():
+            estimator.assume(assumption)
+            found = estimator.estimate(true.q, true.dq, true.ddq, true.readings, None, imu)
+            worst[name] = np.maximum(worst[name], errors(found, true))
     return worst
 
 
 def rows(scenes: int = SCENES) -> list[Row]:
-    """Torques [Nm], wrenches [N, Nm] and predicted readings: the largest error of each case."""
+    """Torques [Nm] and everything else [N, Nm]: the largest error of each case."""
     found: list[Row] = []
-    for compiled in (True, False) if HAS_COMPILER else (False,):
-        path = "compiled" if compiled else "plain"
-        for name, made, floating in cases(scenes):
-            estimator = WholeBodyEstimator(made.tree, Assumption(), compiled=compiled)
-            tau, wrench, internal, residual = largest(
-                made, estimator, scenes, floating=floating
-            ).tolist()
-            found.append(at_most(f"{path}: torque error, {name}", tau, "Nm", BAR))
-            worst = max(wrench, internal, residual)
-            found.append(at_most(f"{path}: wrench error, {name}", worst, "N, Nm", BAR))
+    for name, made, floating in cases(scenes):
+        for path, worst in largest(made, scenes, floating=floating).items():
+            found.append(at_most(f"{path}: torque error, {name}", float(worst[0]), "Nm", BAR))
+            rest = float(worst[1:].max())
+            found.append(at_most(f"{path}: wrench error, {name}", rest, "N, Nm", BAR))
+    return found + _peer_rows(scenes)
+
+
+def _peer_rows(scenes: int) -> list[Row]:
+    """One contact in each limb, where idyntree is right: both say the same."""
+    try:
+        from benchmarks.dynamics_peer import Peer
+    except ImportError as error:
+        return [Row("idyntree", None, "", f"{error}; pip install --group peers")]
+    found = []
+    for urdf, sensors in (("iCubLisboa01", LIMBS), ("iCubGazeboV2_5", (*LIMBS, *FEET))):
+        made = robot(urdf, sensors)
+        peer = Peer(made.path, made.tree.joints, sensors)
+        tau, wrench = against_peer(made, peer, scenes)
+        name = f"{urdf}, {len(sensors)} FT, fixed and floating ({6 * scenes} scenes)"
+        found.append(at_most(f"torque, ours less idyntree's, {name}", tau, "Nm", BAR))
+        found.append(at_most(f"wrench, ours less idyntree's, {name}", wrench, "N, Nm", BAR))
     return found
+
+
+def against_peer(made: Robot, peer: "Peer", scenes: int) -> tuple[float, float]:
+    """Largest differences of torques and of contact wrenches."""
+    rng = np.random.default_rng(21)
+    estimator = WholeBodyEstimator(made.tree, Assumption())
+    limbs = sub_models(made)[1:]
+    worst = [0.0, 0.0]
+    kinds: tuple[Kind, ...] = ("wrench", "force", "direction")
+    for kind in kinds * scenes:
+        contacts = tuple(random_contact(rng, links, kind) for links in limbs)
+        for source in ("", SOURCE):
+            assumption = Assumption(contacts=contacts, source=source)
+            estimator.assume(assumption)
+            peer.assume(contacts)
+            true = scene(rng, made, assumption)
+            imu = true.imu if source else None
+            found = estimator.estimate(true.q, true.dq, true.ddq, true.readings, None, imu)
+            peer.load(true.q, true.dq, true.ddq, true.readings)
+            if not peer.estimate(imu, source):
+                raise RuntimeError("idyntree refused a tick")
+            worst[0] = max(worst[0], float(np.abs(found.tau_nm - peer.torques()).max()))
+            theirs = peer.wrenches_in_base(estimator.frame_pose)
+            worst[1] = max(worst[1], float(np.abs(found.contact_wrenches - theirs).max()))
+    return worst[0], worst[1]

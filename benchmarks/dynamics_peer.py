@@ -1,6 +1,6 @@
 """idyntree's estimator of torques and wrenches, behind arrays like ours."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import idyntree.swig as idyn
 import numpy as np
@@ -133,6 +133,14 @@ class Peer:
             self._found.contactWrench(link, slot).contactWrench.asVector().toNumPy()
             for link, slot in self._slots[: self._contacts]
         ]
+
+    def wrenches_in_base(self, pose: Callable[[str], tuple[Array, Array]]) -> Array:
+        """The same in base axes; `pose` gives a link's in the base."""
+        found = []
+        for wrench, (link, _) in zip(self.wrenches(), self._slots, strict=False):
+            R, _ = pose(self.model.getLinkName(link))
+            found.append(np.concatenate([R @ wrench[:3], R @ wrench[3:]]))
+        return np.array(found)
 
 
 def _place_of(names: Sequence[str], sensor: str) -> int:

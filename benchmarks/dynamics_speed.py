@@ -6,14 +6,16 @@ from statistics import median
 import numpy as np
 
 from benchmarks.dynamics_scenes import FEET, LIMBS, Robot, Scene, robot, scene
-from benchmarks.learning_update import turns_us
 from dforc.compiled import HAS_COMPILER
 from dforc.estimation.assumption import Assumption, Contact, standing
 from dforc.estimation.estimator import WholeBodyEstimator
+from services.core.clock import RealClock
 from services.experiments.rows import Row, at_least, at_most
 
-ROUNDS, COUNT = 200, 40
-"""Turns long enough for warm caches, many enough for the median to forget disturbed ones."""
+ROUNDS = 300
+TURN_US, WARM_CALLS = 300.0, 5
+"""A turn is shorter than what the system leaves a process alone for; its first calls find the
+caches as the others left them, and are not timed."""
 SCENES = 32
 ROBOTS = 64
 PEER = "idyntree"
@@ -33,11 +35,33 @@ def rows(rounds: int = ROUNDS) -> list[Row]:
     for made, assumption in ((four, standing()), (six, standing_six)):
         calls |= _ours(made, assumption)
         missing += _add_peer(calls, made, assumption)
-    for call in calls.values():
-        call(0)
-    spent = {name: median(values) for name, values in turns_us(calls, rounds, COUNT).items()}
+    spent = {name: median(values) for name, values in turns_us(calls, rounds).items()}
     found = [Row(f"{name}, median of {rounds} turns", us, "us") for name, us in spent.items()]
     return found + missing + _ratios(spent, (four, six)) + _fleet(four)
+
+
+def turns_us(calls: dict[str, Call], rounds: int) -> dict[str, list[float]]:
+    """Microseconds per call of each, over rounds in which each has a turn of the same length."""
+    spent: dict[str, list[float]] = {name: [] for name in calls}
+    counts = dict.fromkeys(calls, 20)
+    for turn in range(rounds + 1):
+        for name, call in calls.items():
+            took_us = _turn_us(call, counts[name])
+            if turn > 0:
+                spent[name].append(took_us)
+            else:
+                counts[name] = max(1, min(1000, round(TURN_US / took_us)))
+    return spent
+
+
+def _turn_us(call: Call, count: int) -> float:
+    clock = RealClock()
+    for index in range(WARM_CALLS):
+        call(index)
+    begin_ns = clock.now_ns()
+    for index in range(count):
+        call(index)
+    return (clock.now_ns() - begin_ns) / count / 1e3
 
 
 def _label(what: str, made: Robot) -> str:
@@ -94,7 +118,7 @@ def _add_peer(calls: dict[str, Call], made: Robot, assumption: Assumption) -> li
 
 
 def _ratios(spent: dict[str, float], robots: tuple[Robot, Robot]) -> list[Row]:
-    """Without the empty call's share, which both sides have."""
+    """How often our call fits into the peer's."""
     found = []
     for made in robots:
         peer = spent.get(_label(f"{PEER} by whole vectors", made))
@@ -120,7 +144,7 @@ def _fleet(made: Robot) -> list[Row]:
         for call in fleet:
             call(i)
 
-    sweep_us = median(turns_us({"sweep": sweep}, 30, 3)["sweep"])
+    sweep_us = median(turns_us({"sweep": sweep}, 100)["sweep"])
     share = sweep_us * 100 / 1e6 * 100.0
     return [
         Row(f"one estimate for each of {ROBOTS} robots", sweep_us / 1e3, "ms"),

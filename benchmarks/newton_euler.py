@@ -219,7 +219,8 @@ def _body(node: ElementTree.Element) -> Body:
     if inertial is None:
         return Body(0.0, np.zeros(3), np.zeros((3, 3)))
     mass, values = inertial.find("mass"), inertial.find("inertia")
-    assert mass is not None and values is not None
+    assert mass is not None
+    assert values is not None
     R, p = _origin(inertial)
     names = ("ixx", "ixy", "ixz", "ixy", "iyy", "iyz", "ixz", "iyz", "izz")
     I = np.array([float(values.get(name, "0")) for name in names]).reshape(3, 3)  # noqa: E741

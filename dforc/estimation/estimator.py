@@ -109,7 +109,7 @@ class WholeBodyEstimator:
         numbers: Vector = np.empty(ready.size)
         try:
             status = ready.run(q_rad, dq_rad_s, ddq_rad_s2, wrenches, numbers)
-        except TypeError:  # lists, other number types, read-only or strided arrays
+        except (TypeError, AttributeError):  # lists, other numbers, read-only or strided arrays
             status = _run_copies(ready, (q_rad, dq_rad_s, ddq_rad_s2, wrenches), numbers)
         if status != DONE:
             _refuse(self.model, status, (q_rad, dq_rad_s, ddq_rad_s2, wrenches))

@@ -21,6 +21,8 @@ from dforc.estimation.tree_model import TreeModel
 from dforc.robot_model import ModelError
 
 GRAVITY_M_S2 = 9.81
+Readings = tuple[Vector, Vector, Vector, Matrix, Vector]  # as in path.Run
+FREE_JOINT = "free joint under the base"  # no name that a URDF would have
 
 
 class PlainPath:
@@ -43,7 +45,7 @@ class PlainPath:
     def prepare(self, plan: Plan) -> Prepared:
         """Gather the sensors and contacts of a plan into arrays."""
         motion = np.zeros(9)
-        run = partial(self._run, Gathered(plan, self._model.nv), motion)
+        run = partial(self._quiet, Gathered(plan, self._model.nv), motion)
         return Prepared(plan, run, plan.layout.size, motion)
 
     def place(self, q_rad: Vector, out: Vector) -> None:
@@ -51,6 +53,11 @@ class PlainPath:
         self._q[self._q_at] = q_rad
         pin.forwardKinematics(self._model, self._data, self._q)
         out[: self._poses.size] = self._poses.ravel()
+
+    def _quiet(self, given: Gathered, motion: Vector, *readings: *Readings) -> int:
+        """NaN and overflow go through to the results, where they are found, without a warning."""
+        with np.errstate(all="ignore"):
+            return self._run(given, motion, *readings)
 
     def _run(
         self,
@@ -105,7 +112,8 @@ class PlainPath:
         known = self._known(plan, missing)
         out[layout.base] = missing[0] if plan.methods[0] == MAINSTAY else 0.0
         acting = self._solve_others(given, missing, points[cuts:], out)
-        return given.share @ np.concatenate([wrenches[1:], acting, known])
+        given_to_joints: Matrix = given.share @ np.concatenate([wrenches[1:], acting, known])
+        return given_to_joints
 
     def _solve_others(
         self, given: Gathered, missing: Matrix, points: Matrix, out: Vector
@@ -186,8 +194,8 @@ UPRIGHT = np.array([0.0, 0.0, GRAVITY_M_S2, 0.0, 0.0, 0.0])
 def _on_free_joint(tree: TreeModel) -> "pin.Model":
     """The model with its base on a free joint and without gravity: the base's motion brings it."""
     free = pin.Model()
-    free.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "base")
-    frame = pin.Frame("base", 1, 0, pin.SE3.Identity(), pin.FrameType.BODY)
+    free.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), FREE_JOINT)
+    frame = pin.Frame(FREE_JOINT, 1, 0, pin.SE3.Identity(), pin.FrameType.BODY)
     model = pin.appendModel(free, tree.pin_model, free.addFrame(frame), pin.SE3.Identity())
     model.gravity.setZero()
     return model

@@ -1,0 +1,311 @@
+"""What each sub-model can know: ranks, residuals, least norm, lost sensors, bad input."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from benchmarks.dynamics_scenes import LIMBS, SOURCE, Robot, Scene, scene
+from benchmarks.newton_euler import Array
+from dforc.errors import DforcError, NotFiniteError, ShapeError
+from dforc.estimation.assumption import (
+    Assumption,
+    AssumptionError,
+    Contact,
+    KnownWrench,
+    crawling,
+    standing,
+)
+from dforc.estimation.estimate import BodyEstimate
+from dforc.estimation.estimator import WholeBodyEstimator
+from dforc.robot_model import ModelError
+
+Make = Callable[[Assumption], WholeBodyEstimator]
+L_ARM, R_ARM, L_LEG, R_LEG = range(4)
+HAND, ELBOW, FOOT = Contact(frame="l_hand"), Contact(frame="l_forearm"), Contact(frame="l_foot")
+PUSH_AT_ELBOW = Contact(frame="l_forearm", point_m=(0.02, 0.0, 0.05), kind="force")
+
+
+def scene_of(robot: Robot, *contacts: Contact, seed: int = 1) -> Scene:
+    return scene(np.random.default_rng(seed), robot, Assumption(contacts=contacts))
+
+
+def run(estimator: WholeBodyEstimator, true: Scene, valid: Array | None = None) -> BodyEstimate:
+    mask = None if valid is None else valid.astype(bool)
+    return estimator.estimate(true.q, true.dq, true.ddq, true.readings, mask)
+
+
+def of_joints(robot: Robot, name: str) -> list[int]:
+    return [i for i, joint in enumerate(robot.tree.joints) if joint.startswith(name)]
+
+
+# Where idyntree is silently wrong.
+
+
+def test_known_wrench_away_from_the_links_origin_is_exact(icub: Robot, make: Make) -> None:
+    load = KnownWrench(frame="r_hand", point_m=(0.137, 0.02, 0.05), wrench=(3, -8, 5, 0.1, 0, 1))
+    assumption = Assumption(contacts=(HAND,), known=(load,))
+    true = scene(np.random.default_rng(2), icub, assumption)
+    found = run(make(assumption), true)
+    assert found.tau_nm == pytest.approx(true.tau, abs=1e-9)
+    assert max(sub.residual_n for sub in found.sub_models) < 1e-9
+
+
+def test_force_in_a_sub_model_without_unknowns_is_a_residual_and_no_torque_error_behind_the_sensor(
+    icub: Robot, make: Make
+) -> None:
+    true = scene_of(icub, HAND)
+    found = run(make(Assumption()), true)
+    arm = found.sub_models[1 + L_ARM]
+    assert (arm.unknowns, arm.rank, arm.sensors) == (0, 0, ("l_arm_ft",))
+    assert np.linalg.norm(arm.residual[:3]) == pytest.approx(
+        np.linalg.norm(true.wrenches[0, :3]), abs=1e-9
+    )
+    beyond = of_joints(icub, "l_elbow") + of_joints(icub, "l_wrist")
+    near = [i for i in range(icub.tree.n) if i not in beyond]
+    assert found.tau_nm[near] == pytest.approx(true.tau[near], abs=1e-9)
+    assert np.abs(found.tau_nm[beyond] - true.tau[beyond]).max() > 0.1
+
+
+def test_contact_found_by_skin_puts_the_default_contact_out_of_the_sub_model(
+    icub: Robot, make: Make
+) -> None:
+    true = scene_of(icub, PUSH_AT_ELBOW)
+    default = Contact(frame="l_hand", fallback=True)
+    found = run(make(Assumption(contacts=(default, PUSH_AT_ELBOW))), true)
+    assert found.contact_wrenches[0] == pytest.approx(0.0, abs=0.0)
+    assert found.contact_wrenches[1] == pytest.approx(true.wrenches[0], abs=1e-9)
+    assert found.tau_nm == pytest.approx(true.tau, abs=1e-9)
+
+
+def test_default_contacts_of_other_sub_models_stay(icub: Robot, make: Make) -> None:
+    true = scene_of(icub, PUSH_AT_ELBOW, FOOT)
+    defaults = tuple(
+        Contact(frame=frame, fallback=True) for frame in ("l_hand", "l_foot", "l_lower_leg")
+    )
+    found = run(make(Assumption(contacts=(*defaults, PUSH_AT_ELBOW))), true)
+    assert found.contact_wrenches[1] == pytest.approx(true.wrenches[1], abs=1e-9)
+    assert found.contact_wrenches[2] == pytest.approx(0.0, abs=0.0)
+    assert [sub.unknowns for sub in found.sub_models] == [6, 3, 0, 6, 0]
+
+
+def test_copies_of_a_contact_share_its_wrench_evenly(icub: Robot, make: Make) -> None:
+    true = scene_of(icub, HAND)
+    found = run(make(Assumption(contacts=(HAND, HAND, HAND))), true)
+    for wrench in found.contact_wrenches:
+        assert wrench == pytest.approx(true.wrenches[0] / 3.0, abs=1e-9)
+    arm = found.sub_models[1 + L_ARM]
+    assert (arm.unknowns, arm.rank) == (18, 6)
+
+
+def test_redundant_contacts_come_out_with_the_least_norm(icub: Robot, make: Make) -> None:
+    """No other pair of wrenches with the same sum is smaller; 0.1 Nm counts as 1 N."""
+    true = scene_of(icub, HAND)
+    found = run(make(Assumption(contacts=(HAND, ELBOW))), true)
+    a, b = found.contact_wrenches
+    lever = found.contact_points_m[0] - found.contact_points_m[1]
+    weight = np.array([1.0, 1.0, 1.0, 10.0, 10.0, 10.0])
+    for other in np.random.default_rng(3).normal(size=(6, 6)):
+        moved = np.concatenate([other[:3], other[3:] + np.cross(lever, other[:3])])
+        steepness = (a * weight) @ (other * weight) - (b * weight) @ (moved * weight)
+        assert abs(steepness) < 1e-9
+    assert found.tau_nm[of_joints(icub, "l_shoulder")] == pytest.approx(
+        true.tau[of_joints(icub, "l_shoulder")], abs=1e-9
+    )
+
+
+# Least squares.
+
+
+def test_moment_at_a_contact_that_can_only_push_is_the_residual(icub: Robot, make: Make) -> None:
+    true = scene_of(icub, HAND)
+    found = run(make(Assumption(contacts=(Contact(frame="l_hand", kind="force"),))), true)
+    arm = found.sub_models[1 + L_ARM]
+    assert found.contact_wrenches[0, :3] == pytest.approx(true.wrenches[0, :3], abs=1e-9)
+    assert arm.residual == pytest.approx([0, 0, 0, *true.wrenches[0, 3:]], abs=1e-9)
+    assert (arm.unknowns, arm.rank) == (3, 3)
+
+
+def test_two_pushes_cannot_be_told_apart_along_the_line_between_them(
+    icub: Robot, make: Make
+) -> None:
+    hand = Contact(frame="l_hand", kind="force")
+    arm = run(make(Assumption(contacts=(hand, PUSH_AT_ELBOW))), scene_of(icub, hand)).sub_models[1]
+    assert (arm.unknowns, arm.rank) == (6, 5)
+    assert arm.residual_n < 1e-9
+
+
+def test_force_where_nothing_is_expected_shows_within_one_tick(icub: Robot, make: Make) -> None:
+    calm, pushed = scene_of(icub), scene_of(icub, PUSH_AT_ELBOW)
+    estimator = make(Assumption(contacts=(FOOT,)))
+    before = run(estimator, calm).sub_models[1 + L_ARM].residual_n
+    after = run(estimator, pushed).sub_models[1 + L_ARM].residual_n
+    assert before < 1e-9
+    assert after >= np.linalg.norm(pushed.wrenches[0, :3]) - 1e-9
+
+
+# Sensors that are lost.
+
+
+def test_lost_sensor_merges_its_sub_model_with_the_neighbours(icub: Robot, make: Make) -> None:
+    true = scene_of(icub, FOOT)
+    true.readings[L_ARM] = np.nan
+    estimator = make(standing())
+    found = run(estimator, true, np.array([0, 1, 1, 1]))
+    assert len(found.sub_models) == 4
+    assert "l_hand" in found.sub_models[0].links
+    assert found.tau_nm == pytest.approx(true.tau, abs=1e-9)  # nothing touched the arm
+    assert found.contact_wrenches[2] == pytest.approx(true.wrenches[0], abs=1e-9)
+    assert found.contact_wrenches[0] == pytest.approx(0.0, abs=0.0)
+    assert (found.sub_models[0].unknowns, found.sub_models[0].rank) == (12, 6)
+
+
+def test_robot_without_mainstay_finds_the_contact_of_a_leg_whose_sensor_is_lost(
+    icub: Robot, compiled: bool
+) -> None:
+    feet = Assumption(contacts=(FOOT, Contact(frame="r_foot")), source=SOURCE, mainstay=False)
+    estimator = WholeBodyEstimator(icub.tree, feet, compiled=compiled)
+    true = scene(np.random.default_rng(4), icub, feet)
+    valid = np.array([True, True, False, True])
+    found = estimator.estimate(true.q, true.dq, true.ddq, true.readings, valid, true.imu)
+    assert found.contact_wrenches == pytest.approx(true.wrenches, abs=1e-9)
+    assert found.tau_nm == pytest.approx(true.tau, abs=1e-9)
+
+
+def test_sensor_that_comes_back_counts_at_once(icub: Robot, make: Make) -> None:
+    true = scene_of(icub, HAND, FOOT)
+    estimator = make(standing())
+    first = run(estimator, true).numbers.copy()
+    run(estimator, true, np.array([0, 1, 0, 1]))
+    assert np.array_equal(run(estimator, true).numbers, first)
+
+
+def test_fault_in_one_limb_leaves_the_others_bit_identical(icub: Robot, make: Make) -> None:
+    true = scene_of(icub, HAND, FOOT)
+    estimator = make(standing())
+    whole = run(estimator, true)
+    true.readings[L_ARM] = 1e6
+    saturated = run(estimator, true)
+    lost = run(estimator, true, np.array([0, 1, 1, 1]))
+    other = of_joints(icub, "r_") + of_joints(icub, "l_hip") + of_joints(icub, "l_knee")
+    for spoiled in (saturated, lost):
+        assert np.array_equal(spoiled.tau_nm[other], whole.tau_nm[other])
+        assert np.array_equal(spoiled.contact_wrenches[1:], whole.contact_wrenches[1:])
+
+
+# The paper's sets.
+
+
+def test_standing_robot_is_held_by_the_mainstay_and_touched_at_hands_and_feet(
+    icub: Robot, make: Make
+) -> None:
+    assumption = standing()
+    true = scene(np.random.default_rng(5), icub, assumption)
+    found = run(make(assumption), true)
+    assert found.contact_wrenches == pytest.approx(true.wrenches, abs=1e-9)
+    assert found.base_wrench == pytest.approx(true.base, abs=1e-9)
+    assert [sub.unknowns for sub in found.sub_models] == [6] * 5
+
+
+def test_crawling_robot_is_carried_by_wrists_and_knees(icub: Robot, compiled: bool) -> None:
+    assumption = crawling()
+    estimator = WholeBodyEstimator(icub.tree, assumption, compiled=compiled)
+    true = scene(np.random.default_rng(6), icub, assumption)
+    found = estimator.estimate(true.q, true.dq, true.ddq, true.readings, None, true.imu)
+    assert found.contact_wrenches == pytest.approx(true.wrenches, abs=1e-9)
+    assert found.tau_nm == pytest.approx(true.tau, abs=1e-9)
+    assert found.base_wrench == pytest.approx(0.0, abs=0.0)
+    assert [sub.unknowns for sub in found.sub_models] == [0, 6, 6, 6, 6]
+    assert found.sub_models[0].residual_n < 1e-9
+
+
+# What is refused.
+
+
+@pytest.mark.parametrize(
+    ("bad", "where"),
+    [(bad, where) for bad in (np.nan, np.inf) for where in range(4)]
+    + [(1e305, where) for where in range(1, 4)],
+)
+def test_input_that_is_not_finite_is_refused_and_changes_nothing(
+    icub: Robot, make: Make, bad: float, where: int
+) -> None:
+    true = scene_of(icub, HAND)
+    estimator = make(standing())
+    first = run(estimator, true).numbers.copy()
+    pose = estimator.frame_pose("l_hand")[1].copy()
+    given = [true.q.copy(), true.dq.copy(), true.ddq.copy(), true.readings.copy()]
+    given[where].flat[2] = bad
+    with pytest.raises(NotFiniteError):
+        estimator.estimate(given[0], given[1], given[2], given[3])
+    assert np.array_equal(estimator.frame_pose("l_hand")[1], pose)
+    assert np.array_equal(run(estimator, true).numbers, first)
+
+
+def test_lists_and_read_only_arrays_count_like_arrays(icub: Robot, make: Make) -> None:
+    true = scene_of(icub, HAND)
+    estimator = make(standing())
+    expected = run(estimator, true).numbers
+    frozen = true.q.copy()
+    frozen.setflags(write=False)
+    listed: Array = true.readings.tolist()
+    found = estimator.estimate(frozen, true.dq, true.ddq, listed)
+    assert np.array_equal(found.numbers, expected)
+
+
+def test_arrays_of_another_size_are_refused(icub: Robot, make: Make) -> None:
+    true = scene_of(icub)
+    estimator = make(standing())
+    with pytest.raises(ShapeError, match=r"\(31,\)"):
+        estimator.estimate(true.q[1:].copy(), true.dq, true.ddq, true.readings)
+    with pytest.raises(ShapeError, match="valid"):
+        run(estimator, true, np.ones(3))
+
+
+def test_unknown_frame_is_refused_and_the_old_assumption_stays(icub: Robot, make: Make) -> None:
+    true = scene_of(icub, HAND)
+    estimator = make(standing())
+    first = run(estimator, true).numbers.copy()
+    for wrong in (
+        Assumption(contacts=(Contact(frame="l_claw"),)),
+        Assumption(source="l_claw"),
+        Assumption(known=(KnownWrench(frame="l_claw", wrench=(0, 0, 0, 0, 0, 0)),)),
+    ):
+        with pytest.raises(AssumptionError, match="l_claw"):
+            estimator.assume(wrong)
+    assert estimator.assumption == standing()
+    assert np.array_equal(run(estimator, true).numbers, first)
+
+
+def test_motion_of_the_source_is_asked_for_and_refused_without_one(
+    icub: Robot, compiled: bool
+) -> None:
+    true = scene_of(icub)
+    fixed = WholeBodyEstimator(icub.tree, standing(), compiled=compiled)
+    floating = WholeBodyEstimator(icub.tree, crawling(), compiled=compiled)
+    with pytest.raises(AssumptionError, match="imu_frame"):
+        run(floating, true)
+    with pytest.raises(AssumptionError, match="names no kinematic source"):
+        fixed.estimate(true.q, true.dq, true.ddq, true.readings, None, true.imu)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"frame": "l_hand", "kind": "push"},
+        {"frame": "l_hand", "kind": "direction"},
+        {"frame": "l_hand", "direction": (0.0, 0.0, 1.0)},
+        {"frame": "l_hand", "kind": "direction", "direction": (0.0, 0.0, 2.0)},
+        {"frame": "l_hand", "point_m": (0.0, float("nan"), 0.0)},
+    ],
+)
+def test_contact_that_cannot_be_meant_is_refused(wrong: dict[str, object]) -> None:
+    with pytest.raises(DforcError, match="l_hand"):
+        Contact(**wrong)  # type: ignore[arg-type]
+
+
+def test_model_names_what_it_knows_when_asked_for_what_it_lacks(icub: Robot) -> None:
+    assert icub.tree.link_of_sensor("l_arm_ft") == "l_upper_arm"
+    assert icub.tree.sensors == LIMBS
+    with pytest.raises(ModelError, match="l_hand"):
+        icub.tree.frame("l_claw")
