@@ -176,6 +176,20 @@ class RobotModel:
         R: Matrix = np.hstack(blocks)
         return R
 
+    def joint_parameters(self) -> Vector:
+        """As `inertial_parameters`, of the bodies that the joints carry (10 n), in their order."""
+        return np.concatenate([self._model.inertias[i].toDynamicParameters() for i in self._ids])
+
+    def torque_regressor(self, q_rad: Vector, dq_rad_s: Vector, ddq_rad_s2: Vector) -> Matrix:
+        """R (n, 10 n) with `rnea` = R `joint_parameters`, whatever those are. Without sensors."""
+        self._q[self._at] = q_rad
+        self._v[self._at] = dq_rad_s
+        self._a[self._at] = ddq_rad_s2
+        R = pin.computeJointTorqueRegressor(self._model, self._data, self._q, self._v, self._a)
+        columns = [10 * (i - 1) + k for i in self._ids for k in range(10)]
+        chosen: Matrix = R[np.ix_(self._at, columns)]
+        return chosen
+
     def _bodies_beyond(self, name: str) -> list[int]:
         return list(self._model.subtrees[self._sensor_ids[name]])
 

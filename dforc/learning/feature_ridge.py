@@ -76,7 +76,7 @@ class FeatureRidge:
         self,
         kernels: Sequence[Kernel],
         size: int,
-        seed: int | np.random.Generator,
+        seed: int | Sequence[int] | np.random.Generator,
         form: Form = "pair",
     ) -> None:
         """Draw `size` features for every kernel; together the kernels name each output once."""

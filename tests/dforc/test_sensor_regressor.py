@@ -32,3 +32,13 @@ def test_the_masses_are_those_of_the_bodies_beyond(model: RobotModel) -> None:
     mass_kg = model.inertial_parameters("arm")[[0, 10, 20]].sum()
     force_n = np.linalg.norm(model.sensor_wrench(*at_rest, "arm")[:3])
     assert force_n == pytest.approx(9.81 * mass_kg)
+
+
+def test_the_torque_regressor_times_parameters_is_the_torque() -> None:
+    path = str(icub_models.get_model_file("iCubLisboa01"))
+    model = RobotModel(path, JOINTS, "r_hand", {})
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        state = rng.uniform(-1, 1, 5), rng.uniform(-3, 3, 5), rng.uniform(-10, 10, 5)
+        R = model.torque_regressor(*state)
+        np.testing.assert_allclose(R @ model.joint_parameters(), model.rnea(*state), atol=1e-12)
