@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from dforc.robot_model import RobotModel
 from services.config import load_robot
 from services.dynamics_messages import AssumedContact, DynamicsRequest
 from services.messages import Imu
@@ -15,7 +14,7 @@ from services.streams import (
     IMU,
     TORQUE_ESTIMATE,
 )
-from tests.services.whole_body import OFFSET, Stand, swing
+from tests.services.whole_body import OFFSET, Stand, robot_model, swing
 
 LEFT, RIGHT = TORQUE_ESTIMATE["left_arm"], TORQUE_ESTIMATE["right_arm"]
 LEVEL_N = 0.02  # what a calibration from noise of 0.02 N in 100 samples stays inside of
@@ -35,7 +34,7 @@ def stand(arms: RobotFile) -> Stand:
 
 def head_imu(stand: Stand, times_gravity: float = 1.0) -> Imu:
     """What the IMU in the head shows of a robot that stands upright and still."""
-    above = RobotModel(str(stand.body.urdf), stand.body.joints, "imu_frame", {})
+    above = robot_model(str(stand.body.urdf), stand.body.joints, "imu_frame", ())
     turn, _ = above.tip_pose(stand.q_rad)
     x, y, z = (times_gravity * 9.81 * turn[2]).tolist()
     return Imu(

@@ -1,6 +1,7 @@
 """A robot in some posture as its sensors show it, made without the estimator."""
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,14 @@ BENT_RAD = 0.3  # every joint: no posture that the model knows by heart
 NOT_FELT = "root_link"
 
 
+@cache
+def robot_model(
+    urdf: str, joints: tuple[str, ...], tip: str, sensor_frames: tuple[tuple[str, str], ...]
+) -> RobotModel:
+    """The model that makes the readings, loaded once."""
+    return RobotModel(urdf, joints, tip, dict(sensor_frames))
+
+
 class Stand:
     """Feeds one dynamics service, millisecond by millisecond; joints stand, glide or follow `path`.
 
@@ -38,9 +47,8 @@ class Stand:
         self.body = self.dynamics.body
         self.sensors = tuple(sensor.name for sensor in self.body.sensors)
         count = len(self.body.joints)
-        self.model = RobotModel(
-            str(self.body.urdf), self.body.joints, pushed, self.body.sensor_frames
-        )
+        frames = tuple(self.body.sensor_frames.items())
+        self.model = robot_model(str(self.body.urdf), self.body.joints, pushed, frames)
         self.q_rad: Vector = np.full(count, BENT_RAD)
         self.dq_rad_s: Vector = np.zeros(count)
         self.ddq_rad_s2: Vector = np.zeros(count)
