@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 
+from hal.decoupling import shoulders
 from hal.machine import Machine
 from hal.setpoints import Setpoints
 from hal.torques import VirtualSensor
@@ -18,6 +19,7 @@ class Commands:
         self._sensor_of: list[VirtualSensor | None] = [
             machine.torques_of(axis) for axis in machine.axes
         ]
+        self._shoulders = shoulders([(one.board, one.axes) for one in machine.boards])
         self.arrivals_ns: list[int] = []  # of the torques that leave with the next step
 
     def set_positions(self, joints: Sequence[int], q_rad: Sequence[float]) -> bool:
@@ -45,7 +47,7 @@ class Commands:
             return False
         if not self._accepts("torques", joints, tau_nm, ControlMode.TORQUE):
             return False
-        for joint, value in zip(joints, tau_nm, strict=True):
+        for joint, value in zip(joints, self._decoupled(joints, tau_nm), strict=True):
             self._setpoints[joint].set_torque(value, self._machine.now_ns)
         return True
 
@@ -62,10 +64,26 @@ class Commands:
         if not self._accepts("impedance offsets", joints, tau_nm, None):
             return False
         axes = self._machine.axes
-        for joint, value in zip(joints, tau_nm, strict=True):
+        for joint, value in zip(joints, self._decoupled(joints, tau_nm), strict=True):
             if axes[joint].can_be_compliant:
                 self._setpoints[joint].set_offset(value)
         return True
+
+    def _decoupled(self, joints: Sequence[int], tau_nm: Sequence[float]) -> Sequence[float]:
+        """The same torques, as the loops of coupled motors have to be told them.
+
+        A joint of a shoulder that is not among them counts with its estimated torque.
+        """
+        at = {joint: i for i, joint in enumerate(joints)}
+        estimated = self._machine.readings.tau_nm
+        sent = list(tau_nm)
+        for shoulder in self._shoulders:
+            three = [tau_nm[at[j]] if j in at else estimated[j] for j in shoulder.joints]
+            if all(map(math.isfinite, three)):
+                for joint, value in zip(shoulder.joints, shoulder.bent(three), strict=True):
+                    if joint in at:
+                        sent[at[joint]] = value
+        return sent
 
     def set_joint_torques(
         self, joints: Sequence[int], tau_nm: Sequence[float], arrival_ns: int

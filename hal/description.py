@@ -91,6 +91,7 @@ class Joint(msgspec.Struct, frozen=True, kw_only=True):
     torque_source: TorqueSource | None = None
     max_acceleration_deg_s2: float = math.inf  # of velocity set-points
     max_torque_rate_nm_s: float = math.inf  # of torque set-points
+    motor_nm: float = 0.0  # torque of its own motor, joint side, stalled at full PWM; 0 = not known
     max_duty_rate_percent_s: float = 200.0  # of open-loop set-points
 
 
@@ -106,6 +107,7 @@ class Board(msgspec.Struct, frozen=True, kw_only=True):
     required: bool = True  # without it the robot does not start; else it starts without its axes
     period_ms: int = 0  # of what a sensor board sends; 0 = the type's own
     frame: str = ""  # URDF link that an inertial sensor sits on; an mtb without one sends skin only
+    coupled: bool = True  # False: motors turn one joint each, whatever its firmware couples
 
 
 class ForceTorqueSensor(msgspec.Struct, frozen=True, kw_only=True):

@@ -106,6 +106,7 @@ def _board(robot: RobotFile, name: str) -> Board:
         period_ms=table.period_ms,
         frame=table.frame,
         required=_is_required(robot, name),
+        coupled=table.coupled,
     )
 
 
@@ -138,7 +139,14 @@ def _joint(robot: RobotFile, part: str, name: str) -> Joint:
         torque_pid=table.torque_pid,
         impedance=table.impedance,
         torque_source=_torque_source(robot, name, table),
+        motor_nm=_motor_nm(robot, table),
     )
+
+
+def _motor_nm(robot: RobotFile, table: JointTable) -> float:
+    motor = robot.motors[table.motor]
+    nm_per_a = motor.torque_constant_nm_a.value * motor.gear.value
+    return nm_per_a * motor.supply_v.value / motor.resistance_ohm.value
 
 
 def _torque_source(robot: RobotFile, name: str, table: JointTable) -> TorqueSource | None:
