@@ -42,6 +42,25 @@ def gate(data: Path | None) -> "list[Row]":
     return gate_rows(load_task(data), _say)
 
 
+def unseen(_: Path | None) -> "list[Row]":
+    """Unseen motion of a made arm; the whole comparison is `ulna experiment force-fig6`."""
+    from services.experiments.force_fig6 import Sizes, measure, rows_of
+    from services.experiments.made_arm import made_arm
+
+    sizes = Sizes(features=(200, 500))
+    arm = made_arm(0, sizes.rollouts, sizes.rows, sizes.unseen, sizes.unseen_rows)
+    rows = rows_of(measure(arm, sizes, 1, _say), short=False)
+    return [row for row in rows if ":" not in row.name]  # not joint by joint
+
+
+def change(data: Path | None) -> "list[Row]":
+    """A load in the hand."""
+    from benchmarks.learning_change import change_rows
+    from services.experiments.arm_learning import load_task
+
+    return change_rows(load_task(data), _say)
+
+
 def endurance(_: Path | None) -> "list[Row]":
     """A million updates."""
     from benchmarks.learning_endurance import endurance_rows
@@ -53,6 +72,8 @@ PARTS: dict[str, Callable[[Path | None], "list[Row]"]] = {
     "update": update,
     "fig7": fig7,
     "gate": gate,
+    "unseen": unseen,
+    "change": change,
     "endurance": endurance,
 }
 

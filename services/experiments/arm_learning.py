@@ -136,9 +136,12 @@ def features_run(task: ArmTask, learner: FeatureRidge, late: int = 0) -> Matrix:
     return features_only(task, learner, late)
 
 
-def features_only(task: ArmTask, learner: FeatureRidge, late: int = 0) -> Matrix:
-    """The same of a learner as it is."""
-    x, y = task.test.x, task.test.y
+def features_only(
+    task: ArmTask, learner: FeatureRidge, late: int = 0, y: Matrix | None = None
+) -> Matrix:
+    """The same of a learner as it is; `y` in the place of the wrenches of the test."""
+    x = task.test.x
+    y = task.test.y if y is None else y
     return predict_then_update(
         lambda i: learner.predict(x[i]), lambda i: learner.update(x[i], y[i]), y, late
     )
