@@ -31,7 +31,7 @@ class CompiledPath:
         """Lay out the tables of a plan."""
         tables = Tables(plan, self._bodies)
         run = partial(estimate, tables.whole, tables.real)
-        return Prepared(plan, run, plan.layout.size, tables.motion)
+        return Prepared(plan, run, plan.layout.size, plan.source_body >= 0, tables.motion)
 
     def place(self, q_rad: Vector, out: Vector) -> None:
         """Poses of all bodies, flat."""

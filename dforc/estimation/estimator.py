@@ -104,7 +104,7 @@ class WholeBodyEstimator:
             self._ready = self._ready_for(self.assumption, mask)
             self._mask = mask
         ready = self._ready
-        if imu is not None or ready.plan.source_body >= 0:
+        if imu is not None or ready.moving:
             _set_motion(ready, imu)
         numbers: Vector = np.empty(ready.size)
         try:
@@ -124,7 +124,7 @@ class WholeBodyEstimator:
         imu: BaseMotion | None = None,
     ) -> Matrix:
         """Every sensor's reading (m, 6) if nothing touched the robot, in the sensor frames."""
-        if imu is not None or self._free.plan.source_body >= 0:
+        if imu is not None or self._free.moving:
             _set_motion(self._free, imu)
         return self._run(self._free, (q_rad, dq_rad_s, ddq_rad_s2)).internal
 

@@ -121,12 +121,16 @@ def begin(bodies: Matrix, plan: Places, sub_models: Matrix, found: Matrix, base:
 
 @compiled
 def solve(
-    whole: Indices, real: Vector, poses: Matrix, results: tuple[Matrix, Matrix, Vector, Matrix]
+    whole: Indices,
+    given: tuple[Places, Places, Indices],
+    tables: tuple[Matrix, Matrix, Vector],
+    poses: Matrix,
+    results: tuple[Matrix, Matrix, Vector, Matrix],
 ) -> None:
     """Every sub-model's contacts, residual and rank."""
+    plan, contacts, members = given
+    table, sub_models, room = tables
     found, points, base, numbers = results
-    _, plan, contacts, members, _ = plan_of(whole)
-    _, table, _, sub_models, room = room_of(whole, real)
     for s in range(numbers.shape[0]):
         for c in range(7):
             numbers[s, c] = 0.0
@@ -218,8 +222,8 @@ def estimate(
         return WRONG_SHAPE
     if wrenches.shape[0] != m or wrenches.shape[1] != 6:
         return WRONG_SHAPE
-    sensors, plan, contacts, _, known = plan_of(whole)
-    source, table, given, sub_models, _ = room_of(whole, real)
+    sensors, plan, contacts, members, known = plan_of(whole)
+    source, table, given, sub_models, room = room_of(whole, real)
     if not is_finite(q, dq, ddq, wrenches, sensors, source):
         return NOT_FINITE
     tree = tree_of(whole, real, out)
@@ -233,7 +237,8 @@ def estimate(
     begin(bodies, plan, sub_models, found, base)
     place_contacts(contacts, table, poses, points)
     add_known(known, given, poses, bodies, sub_models)
-    solve(whole, real, poses, (found, points, base, numbers))
+    tables, results = (table, sub_models, room), (found, points, base, numbers)
+    solve(whole, (plan, contacts, members), tables, poses, results)
     give(contacts, points, found, bodies)
     torques(tree, sub_models, tau)
     return NOT_FINITE if is_strange(out[12 * whole[BODIES] :]) else DONE

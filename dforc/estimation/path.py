@@ -20,6 +20,7 @@ class Prepared:
     plan: Plan
     run: Run
     size: int  # of the vector of results
+    moving: bool  # needs the motion of a source
     motion: Vector  # (9,), of the kinematic source, read by `run`: omega, domega, acceleration
 
 

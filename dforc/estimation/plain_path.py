@@ -21,7 +21,6 @@ from dforc.estimation.tree_model import TreeModel
 from dforc.robot_model import ModelError
 
 GRAVITY_M_S2 = 9.81
-Readings = tuple[Vector, Vector, Vector, Matrix, Vector]  # as in path.Run
 FREE_JOINT = "free joint under the base"  # no name that a URDF would have
 
 
@@ -45,8 +44,8 @@ class PlainPath:
     def prepare(self, plan: Plan) -> Prepared:
         """Gather the sensors and contacts of a plan into arrays."""
         motion = np.zeros(9)
-        run = partial(self._quiet, Gathered(plan, self._model.nv), motion)
-        return Prepared(plan, run, plan.layout.size, motion)
+        run = partial(self._run, Gathered(plan, self._model.nv), motion)
+        return Prepared(plan, run, plan.layout.size, plan.source_body >= 0, motion)
 
     def place(self, q_rad: Vector, out: Vector) -> None:
         """Poses of all bodies, flat."""
@@ -54,11 +53,7 @@ class PlainPath:
         pin.forwardKinematics(self._model, self._data, self._q)
         out[: self._poses.size] = self._poses.ravel()
 
-    def _quiet(self, given: Gathered, motion: Vector, *readings: *Readings) -> int:
-        """NaN and overflow go through to the results, where they are found, without a warning."""
-        with np.errstate(all="ignore"):
-            return self._run(given, motion, *readings)
-
+    @np.errstate(all="ignore")  # NaN and overflow go through to the results, where they are found
     def _run(
         self,
         given: Gathered,
