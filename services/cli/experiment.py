@@ -1,4 +1,4 @@
-"""ulna experiment: the figures and tables of the force control paper, made again.
+"""ulna experiment: figures and tables of the force control paper, made again, and its loops.
 
 Each prints a table and what its numbers mean beside the paper's, and returns 0 when every bar
 holds. What needs a package or a recording that is not here says so, and how to get it.
@@ -134,6 +134,33 @@ def force_fig7(
     return experiment.force_fig7(data=data, runs=runs, short=short, json=json_file, plot=plot)
 
 
+def closed_loop(
+    *,
+    robot: str = "icub",
+    seed: int = 0,
+    short: bool = False,
+    json_file: Json = None,
+    plot: Path = Path("closed-loop.png"),
+) -> int:
+    """Closed loops on the boards: torque steps, pushes, hand guiding, velocity on impedance.
+
+    On the emulated robot in virtual time, over its CAN frames, judged by the plant's true motion.
+
+    Example: ulna experiment closed-loop --seed 3 --plot loops.png
+
+    Args:
+        robot: name[:parts][@site] of a robot in robots/, or a robot file.
+        seed: draws plant masses and levers, sensor noise and offset.
+        short: fewer joints, pushes and seconds.
+        json_file: write every value there.
+        plot: write the figure there.
+    """
+    _check(1, json_file, plot)
+    from services.experiments import closed_loop as experiment
+
+    return experiment.closed_loop(robot=robot, seed=seed, short=short, json=json_file, plot=plot)
+
+
 def _check(runs: int, *files: Path | None) -> None:
     if not 1 <= runs <= MOST_RUNS:
         raise ConfigError(f"--runs: {runs} is outside 1..{MOST_RUNS}")
@@ -142,4 +169,4 @@ def _check(runs: int, *files: Path | None) -> None:
             raise ConfigError(f"cannot write {file}: there is no folder {file.parent}")
 
 
-VERBS = (force_table1, force_fig5, force_fig6, force_fig7)
+VERBS = (force_table1, force_fig5, force_fig6, force_fig7, closed_loop)
