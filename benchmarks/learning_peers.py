@@ -13,11 +13,12 @@ def _rank_one(L: Matrix, x: Vector) -> None:
     for k in range(size):
         old, pushed = L[k, k], x[k]
         new = np.sqrt(old * old + pushed * pushed)
-        c, s = new / old, pushed / old
+        c, s = old / new, pushed / new
         L[k, k] = new
         for i in range(k + 1, size):  # down a column: contiguous, so that it is vectorised
-            L[i, k] = (L[i, k] + s * x[i]) / c
-            x[i] = c * x[i] - s * L[i, k]
+            below, left = L[i, k], x[i]
+            L[i, k] = c * below + s * left
+            x[i] = c * left - s * below
 
 
 class CholeskyRidge:

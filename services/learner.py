@@ -65,6 +65,7 @@ class Learner(Service):
         self._columns: dict[str, np.ndarray[tuple[int], np.dtype[np.intp]]] = {}
         self._joints: tuple[str, ...] = ()
         self._frozen = False
+        self._others: tuple[SavedLimb, ...] = ()  # of the file, of sensors that are not in use
         self._snapshot = ""
         self._reason = ""
         self._count = 0
@@ -163,6 +164,7 @@ class Learner(Service):
                     ridges=saved_ridges(state),
                 )
             )
+        limbs += self._others
         try:
             write(path, SavedLearner(version=VERSION, robot=self._robot, limbs=tuple(limbs)))
         except StateFileError as error:
@@ -193,6 +195,7 @@ class Learner(Service):
             logger.warning("nothing restored: %s", error)
             self._reason = str(error)
             return self._reason
+        self._others = tuple(limb for limb in saved.limbs if limb.name not in self.limbs)
         self._snapshot = str(path)
         return ""
 

@@ -17,6 +17,7 @@ from services.dynamics_messages import (
     SensorSample,
 )
 from services.learner import Learner
+from services.learner_state import read
 from services.limb_learner import ENOUGH, EVERY
 from services.messages import Floats
 from services.robot_tables import RobotFile
@@ -247,6 +248,17 @@ def test_begins_with_the_state_that_an_earlier_one_left(robot: RobotFile, tmp_pa
     second.run(0.01)
     assert second.learned == first.learned > 0
     assert second.bench.last(LEARNER_STATUS).snapshot == str(file)
+
+
+def test_keeps_what_was_learned_of_sensors_that_are_not_in_use(
+    robot: RobotFile, tmp_path: Path
+) -> None:
+    file = tmp_path / "robot.state"
+    whole = Bench(Learner(load_robot("icub"), file), VirtualClock())
+    whole.close()
+    Arm(robot, file).bench.close()
+    names = [limb.name for limb in read(file).limbs]
+    assert sorted(names) == sorted(load_robot("icub").sensors)
 
 
 def test_saves_every_half_minute_by_itself(robot: RobotFile, tmp_path: Path) -> None:
