@@ -48,6 +48,17 @@ class Found:
     frames_lost: int = 0
     virtual_s: float = 0.0
 
+    def add(self, other: "Found") -> None:
+        """What another run gave beside it."""
+        self.steps += other.steps
+        self.deflections += other.deflections
+        self.guidings += other.guidings
+        self.turns += other.turns
+        self.limit_violations += other.limit_violations
+        self.board_faults += other.board_faults
+        self.frames_lost += other.frames_lost
+        self.virtual_s += other.virtual_s
+
     def rows(self) -> list[Row]:
         """Every figure, with its bar."""
         return [
