@@ -10,7 +10,6 @@ from services.experiments.loop_impedance import Deflection, predicted
 from services.experiments.loop_limbs import Point, limbs
 from services.experiments.loop_torque import TorqueStep
 
-
 Vector = NDArray[np.float64]
 
 AT_S: Vector = np.linspace(-0.4, 0.599, 1000)
