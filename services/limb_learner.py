@@ -66,6 +66,10 @@ class LimbLearner:
             correction = self.learner.predict(x)
             if learns:
                 self._learn(x, rest, rest - correction, touching=sample.touching)
+        except NotDefiniteError as error:  # after years of samples, or of a spoilt memory
+            self.reset()
+            self._reason = f"begun anew: {error}"
+            return None
         except DforcError as error:
             self._reason = str(error)
             return None

@@ -89,6 +89,8 @@ class RecursiveRidge:
         """
         if phi.shape != (self.size,):
             raise ShapeError(f"features have shape {phi.shape}, expected ({self.size},)")
+        if len(y) != self.outputs:
+            raise ShapeError(f"there are {len(y)} outputs, expected {self.outputs}")
         square = phi.dot(phi)  # a NaN or an infinity survives it
         if not math.isfinite(square):
             raise NotFiniteError("the features are not finite")

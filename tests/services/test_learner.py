@@ -1,6 +1,7 @@
 """The learner: what it learns, what it refuses to learn, and how it is saved and replaced."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -209,6 +210,19 @@ def test_a_sample_that_is_not_finite_changes_nothing(seasoned: Arm) -> None:
         assert all(math.isfinite(v) for said in message.corrections for v in said.wrench)
     seasoned.bad = False
     seasoned.run(0.5)
+    assert seasoned.correction == pytest.approx(seasoned.truth, abs=0.1)
+
+
+def test_begins_anew_when_rounding_has_spoilt_what_it_knows(seasoned: Arm) -> None:
+    limb = seasoned.learner.limbs[SENSOR]
+    state = limb.state()
+    (ridge,) = state.ridges
+    spoilt = replace(ridge, P=np.asfortranarray(-np.eye(len(ridge.P))))
+    limb.learner.restore(replace(state, ridges=(spoilt,)))
+    seasoned.run(0.1)
+    assert seasoned.learned < 10
+    assert seasoned.bench.last(LEARNED).corrections == ()
+    seasoned.run(60.0)
     assert seasoned.correction == pytest.approx(seasoned.truth, abs=0.1)
 
 

@@ -150,7 +150,9 @@ def test_a_sample_of_another_shape_is_refused() -> None:
     with pytest.raises(ShapeError, match="features"):
         ridge.update(np.zeros(4), [1.0, 1.0])
     with pytest.raises(ShapeError, match="outputs"):
-        ridge.update(np.zeros(3), np.ones(3)[:, None] * np.ones(2))
+        ridge.update(np.zeros(3), [1.0, 1.0, 1.0])
+    with pytest.raises(ShapeError, match="outputs"):
+        ridge.update(np.zeros(3), np.ones((2, 1)))
 
 
 def test_a_regularisation_of_zero_is_refused() -> None:
