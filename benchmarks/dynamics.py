@@ -1,4 +1,4 @@
-"""Every figure of the whole-body dynamics: exactness, speed, contacts, signals, recording, faults.
+"""Every figure of the whole-body dynamics: exactness, speed, signals, contacts, faults.
 
     python -m benchmarks.dynamics [--only exactness,speed,...] [--data icubdyn.tgz] [--json FILE]
                                   [--short]
@@ -29,6 +29,13 @@ def speed(_data: Path | None, short: bool) -> list[Row]:
     from benchmarks.dynamics_speed import ROUNDS, rows
 
     return rows(50 if short else ROUNDS)
+
+
+def service(_data: Path | None, _short: bool) -> list[Row]:
+    """The tick of the dynamics service, beside the empty loop's."""
+    from benchmarks.dynamics_service import rows
+
+    return rows()
 
 
 def contacts(data: Path | None, _short: bool) -> list[Row]:
@@ -62,6 +69,7 @@ def endurance(_data: Path | None, short: bool) -> list[Row]:
 PARTS: dict[str, Part] = {
     "exactness": exactness,
     "speed": speed,
+    "service": service,
     "contacts": contacts,
     "signals": signals,
     "recording": recording,
