@@ -47,12 +47,15 @@ class Found:
 
 
 def gate_rows(task: ArmTask, say: Say) -> list[Row]:
-    """Steps of 5, 3 and 2 N, ramps to 5 N, and the loss on the recording as it is."""
+    """Steps of 5 to 1 N, ramps to 5 N, and the loss on the recording as it is.
+
+    A step of 1 N stays below the thresholds: it is learned, and the row says so.
+    """
     learner = FeatureRidge(kernels_of(task), 200, 0)
     trials, free = _trials(task, learner)
     quiet = _pushed(task, learner, trials, 0.0, 0)
     rows = _loss_rows(task, learner, free)
-    for force_n, bars in ((5.0, (4.9, 0.1)), (3.0, (2.8, 0.15)), (2.0, None)):
+    for force_n, bars in ((5.0, (4.9, 0.1)), (3.0, (2.8, 0.15)), (2.0, None), (1.0, None)):
         say(f"{force_n:g} N, gated and ungated")
         for gated in (True, False):
             found = _pushed(task, learner, trials, force_n, 0, gated=gated)
