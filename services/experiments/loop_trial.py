@@ -1,7 +1,7 @@
 """A guest of the stack that takes the whole robot through the trials of the closed loops.
 
-Reads   robot/status, dynamics/health, boards/plant_truth (frames lost), torque_estimate and
-        impedance_offset of every limb
+Reads   robot/status, dynamics/health, boards/plant_truth (frames lost), torque_estimate,
+        impedance_offset and joint_state of every limb
 Writes  joint_command of every limb
 Calls   robot/request, dynamics/zero_ft
 The trials themselves are functions of their own (loop_torque, loop_impedance, loop_guiding,
@@ -23,6 +23,7 @@ from services.streams import (
     FT_CALL,
     IMPEDANCE_OFFSET,
     JOINT_COMMAND,
+    JOINT_STATE,
     PLANT_TRUTH,
     ROBOT_CALL,
     ROBOT_STATUS,
@@ -33,6 +34,7 @@ PERIOD_S = 0.001
 COMMAND_TICKS = 10
 OPEN_TIMEOUT_S, CALIBRATION_TIMEOUT_S = 20.0, 60.0
 MOVE_S, RETURN_S, SETTLE_S = 3.0, 1.0, 1.0
+GUIDED_NMS_RAD = 1.0
 
 Trial = Callable[["LoopTrial"], Script]
 Values = dict[str, float]  # by joint
@@ -50,7 +52,7 @@ class LoopTrial(ScriptedService):
         self.limbs = limbs(robot)
         self.failure = ""
         self.estimates: dict[str, list[TorqueEstimate]] = {limb.part: [] for limb in self.limbs}
-        self.holds_gravity = False  # in the joints with a torque loop, once they are in torque mode
+        self.holds_gravity = False  # in all joints with a torque loop, which are in torque mode
         self._trials = trials
         self._listening = False
         self._ticks = 0
@@ -59,6 +61,7 @@ class LoopTrial(ScriptedService):
             *(ROBOT_STATUS, DYNAMICS_HEALTH, PLANT_TRUTH),
             *(TORQUE_ESTIMATE[part] for part in parts),
             *(IMPEDANCE_OFFSET[part] for part in parts),
+            *(JOINT_STATE[part] for part in parts),
         )
         self.writes = tuple(JOINT_COMMAND[part] for part in parts)
         super().__init__(tuple(joint for names in robot.parts.values() for joint in names))
@@ -81,8 +84,7 @@ class LoopTrial(ScriptedService):
         self._ticks += 1
         if self.holds_gravity and self._ticks % COMMAND_TICKS == 0:
             for limb in self.limbs:
-                gravity = self.gravity(limb)
-                self.command_torques(limb, {joint: gravity[joint] for joint in limb.torque})
+                self.command_torques(limb, self._weightless(limb))
 
     @property
     def frames_lost(self) -> int:
@@ -143,6 +145,15 @@ class LoopTrial(ScriptedService):
         if offset is None:
             raise AbandonedError(f"no gravity torques of {limb.part}")
         return dict(zip(self.robot.parts[limb.part], offset.tau_nm, strict=True))
+
+    def _weightless(self, limb: Limb) -> Values:
+        """Gravity, and a little damping: the torque loops take away most of the drives' own."""
+        state = self.inputs.latest(JOINT_STATE[limb.part])
+        if state is None:
+            raise AbandonedError(f"no joint states of {limb.part}")
+        speeds = dict(zip(self.robot.parts[limb.part], state.dq_rad_s, strict=True))
+        gravity = self.gravity(limb)
+        return {joint: gravity[joint] - GUIDED_NMS_RAD * speeds[joint] for joint in limb.torque}
 
     def command_torques(self, limb: Limb, tau_nm: Values) -> None:
         """Torque set-points of some joints."""
