@@ -149,7 +149,10 @@ class SensorBank:
             return watch.valid
         self._heard_ns[sensor] = now_ns
         row = reading.force_n + reading.torque_nm
-        if watch.check(row, 0.0, reading.saturated, reading.frozen) or not watch.valid:
+        if (
+            watch.check(row, 0.0, reading.saturated, reading.frozen, reading.stamp_ns * NS_TO_S)
+            or not watch.valid
+        ):
             self.refused += 1
             return False
         self.raw[sensor] = row

@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -118,3 +119,13 @@ def test_a_late_sensor_holds_up_no_other_limb(stand: Stand) -> None:
     stand.run(1)
     after = [len(stand.bench.sent(TORQUE_ESTIMATE[arm])) for arm in ("left_arm", "right_arm")]
     assert after == [before[0] + 1, before[1]]
+
+
+def test_an_older_reading_that_overtook_a_newer_one_is_refused(stand: Stand) -> None:
+    sensor = stand.body.sensors[1]
+    old = stand.batch()[sensor.wrench]
+    stand.run(3)
+    before = len(stand.bench.sent(TORQUE_ESTIMATE["right_arm"]))
+    stand.bench.put(sensor.wrench, msgspec.structs.replace(old, stamp_ns=stand.now_ns - 5_000_000))
+    assert stand.flags("r_arm_ft") == ("reordered",)
+    assert len(stand.bench.sent(TORQUE_ESTIMATE["right_arm"])) == before
