@@ -107,7 +107,8 @@ class Dynamics(Service):
         self.source.take(now_ns, inputs)
         self.correction.take(inputs)
         self.gate.update()
-        if new_readings and (self.gate.speaking or self.tasks.is_calibrating):
+        wanted = self.gate.speaking or self.tasks.is_calibrating
+        if new_readings and wanted and self.source.is_ready:
             self._estimate(now_ns, outputs)
         if new_joints:
             self.filtered.add_joints(self.joints.q_rad, now_ns)

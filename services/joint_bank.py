@@ -10,6 +10,7 @@ from services.core.service import Inputs
 from services.messages import JointState
 
 STATE_AGE_NS = 30_000_000  # a few joint states
+ABSURD = 1000.0  # rad, rad/s, of all joints of a part together: no joint turns so far or so fast
 
 
 class JointBank:
@@ -56,8 +57,8 @@ class JointBank:
             return False
         count = part.size
         q, dq = state.q_rad, state.dq_rad_s
-        # A sum of squares is finite only if every term is.
-        if len(q) != count or len(dq) != count or not math.isfinite(math.hypot(*q, *dq)):
+        # The comparison also fails for what is not finite.
+        if len(q) != count or len(dq) != count or not math.hypot(*q, *dq) < ABSURD:
             self.refused += 1
             return False
         self.q_rad[part.start : part.stop] = part.from_stream(q)

@@ -15,6 +15,7 @@ from services.messages import Imu
 from services.streams import IMU
 
 AGE_S = 0.05  # a few readings
+ABSURD = 1000.0  # rad/s, m/s2: a hundred times gravity
 NS_TO_S = 1e-9
 
 
@@ -55,7 +56,7 @@ class KinematicSource:
             self.trouble, self.motion = f"no readings of {self._name}", None
             self._is_filled = False
         elif self.motion is None:
-            self.trouble = f"readings of {self._name} are not finite"
+            self.trouble = f"readings of {self._name} cannot be believed"
         else:
             self.trouble = ""
 
@@ -72,7 +73,7 @@ class KinematicSource:
 
     def _accept(self, now_ns: int, reading: Imu) -> None:
         values = reading.gyro_rad_s + reading.acceleration_m_s2
-        if math.isfinite(math.hypot(*values)):
+        if math.hypot(*values) < ABSURD:  # also fails for what is not finite
             self.motion = _motion(values)
             self._filter.push(values, now_ns * NS_TO_S)
             self._is_filled |= self._filter.settled

@@ -119,14 +119,17 @@ def test_old_joint_states_stop_the_torques_and_say_whose(arm: Stand) -> None:
     assert arm.silent()["right_arm"] == "joints of torso are not heard or not calibrated"
 
 
-def test_joints_of_the_wrong_number_are_refused_and_counted(arm: Stand) -> None:
+def test_joints_of_the_wrong_number_or_absurd_ones_are_refused_and_counted(arm: Stand) -> None:
     good = arm.state("torso")
     arm.unheard = {"torso"}
     arm.others = {JOINT_STATE["torso"]: msgspec.structs.replace(good, q_rad=(0.0,))}
     arm.run(1)
-    arm.others = {JOINT_STATE["torso"]: msgspec.structs.replace(good, q_rad=(0.0, 0.0, np.nan))}
+    for angle in (np.nan, np.inf, 1e200):
+        bad = msgspec.structs.replace(good, q_rad=(0.0, 0.0, angle))
+        arm.others = {JOINT_STATE["torso"]: bad}
+        arm.run(1)
     arm.run(60)
-    assert arm.bench.last(DYNAMICS_STATUS).refused == 2
+    assert arm.bench.last(DYNAMICS_STATUS).refused == 4
     assert "right_arm" in arm.silent()
 
 
