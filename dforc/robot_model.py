@@ -22,6 +22,7 @@ from dforc.arrays import Matrix, Vector, constant
 from dforc.errors import DforcError
 
 ROUNDING_NOISE = 1e-12  # the URDF's angles carry four to six digits; pi/2 is among them as 1.5708
+ENDLESS_RAD = 1e9  # either way; an infinite limit is no URDF
 
 
 class ModelError(DforcError, ValueError):
@@ -219,6 +220,9 @@ def load_model(urdf_path: str, joints: Sequence[str], frozen: Sequence[str]) -> 
         root = ElementTree.fromstring(Path(urdf_path).read_text(encoding="utf-8"))
     except (OSError, ElementTree.ParseError) as error:
         raise ModelError(f"cannot read the robot model {urdf_path}: {error}") from error
+    for joint in root.findall("joint"):
+        if joint.get("type") == "continuous":  # pinocchio would ask for its sine and cosine
+            _make_revolute(joint, -ENDLESS_RAD, ENDLESS_RAD)
     for name in frozen:
         _free_fixed_joint(root, name, urdf_path)
     full = pin.buildModelFromXML(ElementTree.tostring(root, encoding="unicode"))
@@ -252,11 +256,18 @@ def _free_fixed_joint(root: ElementTree.Element, name: str, urdf_path: str) -> N
         known = ", ".join(sorted(str(n) for n in fixed if "ft" in str(n)))
         raise ModelError(f"{urdf_path} has no fixed joint {name!r} for a sensor; it has {known}")
     joint = fixed[name]
-    joint.set("type", "revolute")
     for axis in joint.findall("axis"):
         joint.remove(axis)
     ElementTree.SubElement(joint, "axis", xyz="0 0 1")
-    ElementTree.SubElement(joint, "limit", lower="0", upper="0", effort="0", velocity="0")
+    _make_revolute(joint, 0.0, 0.0)
+
+
+def _make_revolute(joint: ElementTree.Element, lower_rad: float, upper_rad: float) -> None:
+    joint.set("type", "revolute")
+    for limit in joint.findall("limit"):
+        joint.remove(limit)
+    limits = {"lower": str(lower_rad), "upper": str(upper_rad), "effort": "0", "velocity": "0"}
+    ElementTree.SubElement(joint, "limit", limits)
 
 
 def _axis_of(model: "pin.Model", joint_id: int) -> Vector:

@@ -25,7 +25,10 @@ class SubModel:
 
 
 class BodyEstimate:
-    """All results of one tick. The arrays are views into one vector that nobody else holds."""
+    """All results of one tick: views into one vector that no later tick writes to.
+
+    The estimator reads the poses in it until its next estimate (`frame_pose`, `jacobian`).
+    """
 
     __slots__ = ("numbers", "plan")
 

@@ -206,7 +206,9 @@ def _set_motion(ready: Prepared, imu: BaseMotion | None) -> None:
 
 
 def _run_copies(ready: Prepared, given: Given, numbers: Vector) -> int:
-    q, dq, ddq, wrenches = (np.array(part, dtype=np.float64) for part in given)
+    q, dq, ddq, wrenches = (np.array(part, dtype=np.float64, order="C") for part in given)
+    if wrenches.ndim != 2 or not q.ndim == dq.ndim == ddq.ndim == 1:
+        return WRONG_SHAPE
     return ready.run(q, dq, ddq, wrenches, numbers)
 
 

@@ -69,7 +69,8 @@ class TreeModel:
         """Load a model.
 
         Raises:
-            ModelError: the file is unreadable, or lacks a joint; the known ones are listed.
+            ModelError: the file is unreadable, or lacks a joint (the known ones are listed), or a
+                joint is no hinge.
         """
         if len(set(joints)) != len(joints) or len(set(sensors.values())) != len(sensors):
             raise ModelError(f"{urdf_path}: a joint or sensor is named twice")
@@ -106,9 +107,10 @@ def _axis(model: "pin.Model", body: int) -> Vector:
     if body == 0 or joint.nv == 0:
         return np.zeros(3)
     data = joint.createData()
-    angle = np.zeros(joint.nq)
-    joint.calc(data, angle)
+    joint.calc(data, np.zeros(joint.nq))
     axis: Vector = np.ravel(data.S)[3:]
+    if joint.nv != 1 or joint.nq != 1 or not axis.any():
+        raise ModelError(f"joint {model.names[body]!r} does not turn about one axis")
     return axis / np.linalg.norm(axis)
 
 

@@ -77,8 +77,31 @@ def test_lists_and_read_only_arrays_count_like_arrays(make: Make, pushed: Scene)
     assert np.array_equal(found.numbers, expected)
 
 
+def test_arrays_in_any_order_of_memory_count_alike(make: Make, pushed: Scene) -> None:
+    estimator = make(standing())
+    expected = run(estimator, pushed).numbers
+    spread = np.zeros(2 * len(pushed.q))
+    spread[::2] = pushed.q
+    by_columns = np.asfortranarray(pushed.readings)
+    found = estimator.estimate(spread[::2], pushed.dq, pushed.ddq, by_columns)
+    assert np.array_equal(found.numbers, expected)
+
+
+def test_whole_numbers_count_like_real_ones(make: Make, icub: Robot) -> None:
+    estimator = make(standing())
+    zero, readings = np.zeros(icub.tree.n), np.arange(24.0).reshape(4, 6)
+    expected = estimator.estimate(zero, zero, zero, readings).numbers
+    whole = cast("Array", zero.astype(np.int64))
+    found = estimator.estimate(whole, whole, whole, cast("Array", readings.astype(np.int64)))
+    assert np.array_equal(found.numbers, expected)
+
+
 def test_arrays_of_another_size_are_refused(make: Make, pushed: Scene) -> None:
     estimator = make(standing())
+    with pytest.raises(ShapeError, match=r"\(24,\)"):
+        estimator.estimate(pushed.q, pushed.dq, pushed.ddq, pushed.readings.ravel())
+    with pytest.raises(ShapeError, match=r"\(32, 1\)"):
+        estimator.estimate(pushed.q[:, None], pushed.dq, pushed.ddq, pushed.readings)
     with pytest.raises(ShapeError, match=r"\(31,\)"):
         estimator.estimate(pushed.q[1:].copy(), pushed.dq, pushed.ddq, pushed.readings)
     with pytest.raises(ShapeError, match="valid"):

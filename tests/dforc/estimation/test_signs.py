@@ -12,6 +12,7 @@ import pytest
 from dforc.estimation.assumption import Assumption, BaseMotion, Contact, KnownWrench
 from dforc.estimation.estimator import WholeBodyEstimator
 from dforc.estimation.tree_model import TreeModel
+from dforc.robot_model import ModelError
 
 URDF = """<robot name="arm">
 <link name="base"/>
@@ -110,3 +111,18 @@ def test_known_load_in_the_hand_is_no_contact(arm: TreeModel, compiled: bool) ->
     found = estimator.estimate(ZERO, ZERO, ZERO, reading)
     assert found.contact_wrenches == pytest.approx(0.0, abs=1e-12)
     assert found.tau_nm == pytest.approx([-0.1])
+
+
+def test_joint_without_end_stops_turns_like_any_other(tmp_path: Path, compiled: bool) -> None:
+    path = tmp_path / "wheel.urdf"
+    path.write_text(URDF.replace('"revolute"', '"continuous"'))
+    wheel = TreeModel.from_urdf(str(path), ("hinge",), {"ft": "ft"})
+    estimator = WholeBodyEstimator(wheel, Assumption(), compiled=compiled)
+    assert estimator.gravity(np.array([-np.pi / 2])) == pytest.approx([-0.5 * WEIGHT_N])
+
+
+def test_joint_that_slides_is_refused_by_name(tmp_path: Path) -> None:
+    path = tmp_path / "slide.urdf"
+    path.write_text(URDF.replace('"revolute"', '"prismatic"'))
+    with pytest.raises(ModelError, match="hinge"):
+        TreeModel.from_urdf(str(path), ("hinge",), {"ft": "ft"})
