@@ -142,7 +142,8 @@ class SensorTasks:
         for i, samples in self._sweeps.items():
             channel = self._bank.channels[i]
             if self._bank.is_filtered(i) and len(samples) < SWEEP_MOST:
-                raw = np.linalg.solve(channel.matrix, channel.filtered(now_s) + channel.offset)
+                matrix, wrench = channel.matrix, channel.filtered(now_s) + channel.offset
+                raw: Vector = np.asarray(np.linalg.solve(matrix, wrench), dtype=np.float64)
                 samples.append((raw, internal[i].copy()))
 
     def solve(self, names: Sequence[str]) -> str:

@@ -177,7 +177,7 @@ class Stand:
             return None
         raw = true + self.offsets[name]
         if name in self.gains:
-            raw = np.linalg.solve(self.gains[name], raw)
+            raw = np.asarray(np.linalg.solve(self.gains[name], raw), dtype=np.float64)
         raw = raw + noise
         fx, fy, fz, mx, my, mz = (raw + (fault if isinstance(fault, float) else 0.0)).tolist()
         return Wrench(
