@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dforc.arrays import ArrayLike, Matrix, Vector, constant, finite_vector
-from dforc.errors import NotFiniteError, ShapeError
+from dforc.errors import ShapeError
 from dforc.learning.marginal_likelihood import fit_hyperparameters
 from dforc.learning.random_features import Form, RandomFeatures
 from dforc.learning.recursive_ridge import RecursiveRidge, RidgeState
@@ -131,6 +131,7 @@ class FeatureRidge:
 
         Raises:
             NotFiniteError: NaN or infinity in the sample; nothing was changed.
+            NotDefiniteError: of one kernel; those before it have taken the sample in.
         """
         target = finite_vector("outputs", y, self.outputs) - self._mean
         error = np.empty(self.outputs)
@@ -160,6 +161,14 @@ class FeatureRidge:
         """A copy of everything learned."""
         return LearnerState(self._mean, tuple(ridge.state() for ridge in self._ridges))
 
+    def require_fitting(self, state: LearnerState) -> None:
+        """Refuse what `restore` would refuse."""
+        if len(state.ridges) != len(self._ridges):
+            raise ShapeError(f"state of {len(state.ridges)} kernels, not {len(self._ridges)}")
+        finite_vector("mean", state.mean, self.outputs)
+        for ridge, given in zip(self._ridges, state.ridges, strict=True):
+            ridge.require_fitting(given)
+
     def restore(self, state: LearnerState) -> None:
         """Continue from `state`.
 
@@ -167,13 +176,8 @@ class FeatureRidge:
             ShapeError: the state of another learner; nothing was changed.
             NotFiniteError: NaN or infinity in it; nothing was changed.
         """
-        sizes = [(r.size, r.outputs) for r in self._ridges]
-        if [ridge.W.shape for ridge in state.ridges] != sizes:
-            raise ShapeError(f"state of another learner; this one has {sizes}")
+        self.require_fitting(state)
         mean = finite_vector("mean", state.mean, self.outputs)
-        for given in state.ridges:
-            if not (np.isfinite(given.P.sum()) and np.isfinite(given.W.sum())):
-                raise NotFiniteError("the state is not finite")
         for ridge, given in zip(self._ridges, state.ridges, strict=True):
             ridge.restore(given)
         self._mean = constant(mean)

@@ -30,7 +30,10 @@ class KernelRidge:
             regularisation: lambda > 0; noise variance over signal variance.
         """
         self._lengths = finite_vector("length scales", length_scales, len(length_scales))
+        if self._lengths.min() <= 0 or not 0 < regularisation < np.inf:
+            raise ShapeError(f"length scales {length_scales}, lambda {regularisation}")
         self._regularisation = regularisation
+        self._centre: Vector = np.zeros(len(self._lengths))
         self._scaled: Matrix = np.zeros((0, len(self._lengths)))
         self._squares: Vector = np.zeros(0)
         self._dual: Matrix = np.zeros((0, 1))
@@ -45,16 +48,18 @@ class KernelRidge:
             raise ShapeError(f"batch of shapes {x.shape} and {y.shape}")
         if not (np.isfinite(x).all() and np.isfinite(y).all()):
             raise NotFiniteError("the batch is not finite")
-        K = gaussian_kernel(x, x, self._lengths)
+        centre = x.mean(0)  # far from zero, differences would drown in rounding
+        K = gaussian_kernel(x - centre, x - centre, self._lengths)
         K[np.diag_indices(len(x))] += self._regularisation
         self._dual = cho_solve(cho_factor(K, lower=True, overwrite_a=True), y)
-        self._scaled = x / self._lengths
+        self._centre = centre
+        self._scaled = (x - centre) / self._lengths
         self._squares = (self._scaled * self._scaled).sum(1)
         return self
 
     def predict(self, x: Matrix) -> Matrix:
         """One row of outputs per row of x."""
-        given = np.atleast_2d(x) / self._lengths
+        given = (np.atleast_2d(x) - self._centre) / self._lengths
         K = (given * given).sum(1)[:, None] + self._squares
         K -= 2.0 * (given @ self._scaled.T)
         np.maximum(K, 0.0, out=K)

@@ -42,7 +42,7 @@ def fit_hyperparameters(
     """Maximise the likelihood of rows x (k, inputs), y (k, outputs) of zero mean, O(k^3) a step.
 
     Args:
-        x: inputs, in any units.
+        x: inputs, in any units; the scale of one that never varies is found in its unit.
         y: outputs, which share the kernel.
         length_scales: kept where given; then only signal and noise are sought.
         most_steps: of each search.
@@ -55,7 +55,9 @@ def fit_hyperparameters(
         raise ShapeError(f"data of shapes {x.shape} and {y.shape}")
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
         raise NotFiniteError("the data are not finite")
-    unit = np.maximum(x.std(0), 1e-9) if length_scales is None else length_scales
+    spread = x.std(0)
+    unit = np.where(spread > 0, spread, 1.0) if length_scales is None else length_scales
+    scaled = (x - x.mean(0)) / unit  # far from zero, differences would drown in rounding
     level = max(float(np.sqrt((y * y).mean())), 1e-12)
     inputs = x.shape[1]
     bounds = [(np.log(SHORTEST), BOUND)] * inputs + [(-BOUND, BOUND)] * 2
@@ -70,7 +72,7 @@ def fit_hyperparameters(
         end = minimize(
             negative_log_likelihood,
             start,
-            args=(x / unit, y / level),
+            args=(scaled, y / level),
             jac=True,
             method="L-BFGS-B",
             bounds=bounds,

@@ -123,6 +123,7 @@ class RecursiveRidge:
             raise ShapeError(f"batch of shapes {phi.shape} and {y.shape}")
         if not (np.isfinite(phi).all() and np.isfinite(y).all()):
             raise NotFiniteError("the batch is not finite")
+        phi = np.asarray(phi, dtype=np.float64)
         A = phi.T @ phi
         A[np.diag_indices(self.size)] += self.regularisation
         factor, _ = cho_factor(A, lower=True)
@@ -144,17 +145,25 @@ class RecursiveRidge:
         W.setflags(write=False)
         return RidgeState(P, W, self.regularisation, self.samples)
 
+    def require_fitting(self, state: RidgeState) -> None:
+        """Refuse what `restore` would refuse."""
+        if state.P.shape != self._P.shape or state.W.shape != self._W.shape:
+            shapes = state.P.shape, state.W.shape
+            raise ShapeError(f"state of shapes {shapes}, expected {self._P.shape, self._W.shape}")
+        if not (np.isfinite(state.P).all() and np.isfinite(state.W).all()):
+            raise NotFiniteError("the state is not finite")
+        if not (math.isfinite(state.regularisation) and state.regularisation > 0):
+            raise NotFiniteError(f"the state's lambda is {state.regularisation}")
+
     def restore(self, state: RidgeState) -> None:
         """Continue from `state`, bit by bit as if nothing had happened since.
 
         Raises:
             ShapeError: the state of another size; nothing was changed.
-            NotFiniteError: NaN or infinity in the state; nothing was changed.
+            NotFiniteError: NaN or infinity in the state, or a lambda that is none; nothing was
+                changed.
         """
-        if state.P.shape != self._P.shape or state.W.shape != self._W.shape:
-            raise ShapeError(f"state of shape {state.W.shape}, expected {self._W.shape}")
-        if not (np.isfinite(state.P.sum()) and np.isfinite(state.W.sum())):
-            raise NotFiniteError("the state is not finite")
+        self.require_fitting(state)
         self._P = state.P.copy(order="F")
         self._W = state.W.copy(order="F")
         self.regularisation = state.regularisation

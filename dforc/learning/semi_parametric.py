@@ -83,12 +83,17 @@ class RigidParameters:
         return constant(self._information), constant(self._moment)
 
     def restore(self, information: Matrix, moment: Vector, theta: Vector) -> None:
-        """Continue from earlier sums and parameters."""
-        if information.shape != self._information.shape or theta.shape != self.theta.shape:
-            raise ShapeError(f"parameters of shape {theta.shape}, expected {self.theta.shape}")
-        self._information = information.copy()
-        self._moment = moment.copy()
-        self.theta = constant(theta)
+        """Continue from earlier sums and parameters.
+
+        Raises:
+            ShapeError: those of other parameters; nothing was changed.
+            NotFiniteError: NaN or infinity among them; nothing was changed.
+        """
+        size = len(self._prior)
+        sums = finite_vector("information", information.ravel(), size * size)
+        moments = finite_vector("moment", moment, size)
+        self.theta = constant(finite_vector("theta", theta, size))
+        self._information, self._moment = sums.reshape(size, size), moments
 
 
 class SemiParametric:
@@ -128,6 +133,12 @@ class SemiParametric:
         return SemiParametricState(information, moment, self.rigid.theta, self.rest.state())
 
     def restore(self, state: SemiParametricState) -> None:
-        """Continue from `state`."""
-        self.rest.restore(state.rest)
+        """Continue from `state`.
+
+        Raises:
+            ShapeError: the state of another learner; nothing was changed.
+            NotFiniteError: NaN or infinity in it; nothing was changed.
+        """
+        self.rest.require_fitting(state.rest)
         self.rigid.restore(state.information, state.moment, state.theta)
+        self.rest.restore(state.rest)

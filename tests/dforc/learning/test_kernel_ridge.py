@@ -47,3 +47,18 @@ def test_what_is_not_finite_is_refused() -> None:
 def test_rows_of_another_length_are_refused() -> None:
     with pytest.raises(ShapeError):
         KernelRidge(LENGTHS, 0.1).fit(np.zeros((3, 3)), np.zeros((3, 1)))
+
+
+def test_inputs_far_from_zero_are_learned_like_inputs_about_zero() -> None:
+    rng = np.random.default_rng(2)
+    x, y = rng.normal(size=(60, 2)), rng.normal(size=(60, 1))
+    near, far = KernelRidge(LENGTHS, 0.01).fit(x, y), KernelRidge(LENGTHS, 0.01).fit(x + 1e7, y)
+    assert far.predict(x + 1e7) == pytest.approx(near.predict(x), abs=1e-5)
+
+
+@pytest.mark.parametrize(("lengths", "regularisation"), [((0.7, 0.0), 0.1), ((0.7, 1.5), 0.0)])
+def test_a_kernel_without_width_or_regularisation_is_refused(
+    lengths: tuple[float, float], regularisation: float
+) -> None:
+    with pytest.raises(ShapeError, match="lambda"):
+        KernelRidge(lengths, regularisation)

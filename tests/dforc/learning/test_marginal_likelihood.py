@@ -90,3 +90,12 @@ def test_the_noise_alone_is_fitted_to_another_target() -> None:
 def test_what_is_not_finite_is_refused() -> None:
     with pytest.raises(NotFiniteError):
         fit_hyperparameters(np.zeros((3, 1)), np.array([1.0, np.nan, 0.0]))
+
+
+def test_an_input_that_never_varies_does_no_harm() -> None:
+    """A joint that stands still, away from zero, beside one that moves."""
+    moving = np.linspace(-3.0, 3.0, 60)
+    x, y = np.column_stack([moving, np.full(60, 3.0)]), np.sin(moving)
+    alone, both = fit_hyperparameters(x[:, :1], y), fit_hyperparameters(x, y)
+    assert both.length_scales[0] == pytest.approx(alone.length_scales[0], rel=0.05)
+    assert both.length_scales[1] >= 1.0

@@ -1,3 +1,6 @@
+from dataclasses import replace
+from typing import cast
+
 import numpy as np
 import pytest
 
@@ -158,3 +161,19 @@ def test_a_sample_of_another_shape_is_refused() -> None:
 def test_a_regularisation_of_zero_is_refused() -> None:
     with pytest.raises(ShapeError, match="lambda"):
         RecursiveRidge(3, 2, 0.0)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.int64])
+def test_a_batch_of_other_numbers_is_summed_up_in_float64(kind: type) -> None:
+    rng = np.random.default_rng(9)
+    phi, y = (cast("Matrix", (9.0 * rng.normal(size=(300, k))).astype(kind)) for k in (20, 2))
+    one, other = RecursiveRidge(20, 2, 1e-3), RecursiveRidge(20, 2, 1e-3)
+    one.fit(phi, y)
+    other.fit(phi.astype(np.float64), y.astype(np.float64))
+    assert one.weights == pytest.approx(other.weights, abs=1e-12)
+
+
+def test_a_state_without_a_lambda_is_refused() -> None:
+    ridge = RecursiveRidge(4, 1, 0.1)
+    with pytest.raises(NotFiniteError, match="lambda"):
+        ridge.restore(replace(ridge.state(), regularisation=np.nan))

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -127,3 +129,21 @@ def test_a_cold_start_predicts_the_mean_it_is_given() -> None:
     learner = FeatureRidge(KERNELS, 40, 0)
     learner.reset([3.0, -4.0])
     assert learner.predict([0.5]).tolist() == [3.0, -4.0]
+
+
+def test_a_state_with_one_bad_part_changes_nothing() -> None:
+    x = np.linspace(-1, 1, 50)[:, None]
+    both = SemiParametric(wide(), FeatureRidge(KERNELS, 40, 0))
+    empty = both.state()
+    both.fit(x, regressors(x), regressors(x) @ THETA + np.sin(5 * x))
+    expected = both.predict([0.3], regressors(x[:1])[0])
+    first, second = empty.rest.ridges
+    bad_rest = replace(empty.rest, ridges=(first, replace(second, P=np.eye(39))))
+    for bad, why in (
+        (replace(empty, rest=bad_rest), ShapeError),
+        (replace(empty, moment=np.zeros(7)), ShapeError),
+        (replace(empty, theta=np.full(3, np.nan)), NotFiniteError),
+    ):
+        with pytest.raises(why):
+            both.restore(bad)
+        assert np.array_equal(both.predict([0.3], regressors(x[:1])[0]), expected)
