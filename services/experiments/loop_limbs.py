@@ -51,7 +51,9 @@ def limbs(robot: RobotFile) -> tuple[Limb, ...]:
 
 def _arm(part: str) -> Limb:
     side = part[0]
-    hand, forearm = f"{side}_hand_dh_frame", f"{side}_forearm"
+    palm, forearm = f"{side}_hand_dh_frame", f"{side}_forearm"
+    # A push on the palm bends the left wrist, whose motors are coupled, beyond its limit.
+    hand = "l_hand" if side == "l" else palm
     joints = tuple(f"{side}_{name}" for name in ARM)
     return Limb(
         part=part,
@@ -59,7 +61,7 @@ def _arm(part: str) -> Limb:
         torque=(*joints, f"{side}_wrist_prosup"),
         steps_nm=ARM_STEPS_NM,
         compliant=joints,
-        end=hand,
+        end=palm,
         middle=forearm,
         pushes=(
             ("hand", hand, DOWN),

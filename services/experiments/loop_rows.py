@@ -13,7 +13,7 @@ from services.experiments.rows import Row, at_most, within
 RATIO_LOW, RATIO_HIGH = 0.9, 1.1
 BACK_MM = 5.0
 REST_DEG_S = 1.0
-RISE_MS, OVERSHOOT, STEADY = 150.0, 0.3, 0.1
+OVERSHOOT, STEADY = 0.3, 0.1
 DRIFT_DEG = 1.0
 LED_N = 15.0
 LEFT_MM = 10.0
@@ -36,7 +36,7 @@ def step_rows(steps: Sequence[TorqueStep]) -> list[Row]:
         what = f"torque step, {group} ({len(chosen)} joints)"
         rise_ms = max(step.rise_s for step in chosen) * 1e3
         rows += [
-            at_most(f"{what}: rise, longest", rise_ms, "ms", RISE_MS),
+            Row(f"{what}: rise, longest", rise_ms, "ms"),
             at_most(
                 f"{what}: overshoot, largest", _most(s.overshoot for s in chosen), "", OVERSHOOT
             ),
