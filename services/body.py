@@ -61,6 +61,7 @@ class BodySensor:
     contact_frame: str
     contact_on_n: float
     contact_off_n: float
+    contact_learned_on_n: float
     full_scale: tuple[float, ...]
 
 
@@ -79,6 +80,7 @@ class Body:
                 table.contact_frame or table.frame,
                 table.contact_on_n,
                 table.contact_off_n,
+                table.contact_learned_on_n,
                 table.full_scale,
             )
             for name, table in robot.sensors.items()

@@ -2,11 +2,14 @@
 
 The place comes from skin where a skin board knows its link, else from the wrench and the shapes of
 the links beyond the sensor, else it is the assumed one. Where the wrench fits several links, or
-none, the place is unsure.
+none, the place is unsure. A learner that knows how little it leaves lowers the threshold, as far
+as the robot file allows.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,8 +27,18 @@ from services.messages import Vector3
 from services.skin_watch import SkinWatch
 
 ON_N, OFF_N = 4.0, 2.5  # of a contact that no sensor stands above
+LEARNED_SPREADS = 4.0  # of what a learner leaves: on a recorded arm 1 sample in 1000 has 3.5
 LOCATE_EVERY = 5  # looks; a location costs as much as twenty estimates
 SIGNIFICANT_N = 5.0  # weaker contacts are not located
+
+
+class Evidence(NamedTuple):
+    """One filtered estimate and what it stands on."""
+
+    estimate: BodyEstimate
+    usable: tuple[bool, ...]  # sensors
+    excess: Matrix  # (m, 6), measured minus predicted, without the learner's correction
+    spread_n: Sequence[float]  # per sensor, of the force that the learner leaves; inf = none does
 
 
 @dataclass(slots=True, eq=False)
@@ -37,6 +50,8 @@ class _Watched:
     link: str
     sensor: int  # the first above it; -1 where none is
     detector: ContactDetector
+    on_n: float  # of the detector
+    learned_on_n: float  # at best
     shapes: LinkShapes | None  # of the links beyond that sensor
     since_ns: int = 0
     touching: bool = False  # by force or by skin
@@ -83,24 +98,17 @@ class ContactWatch:
         )
 
     def look(
-        self,
-        now_ns: int,
-        estimate: BodyEstimate,
-        estimator: WholeBodyEstimator,
-        usable: tuple[bool, ...],
-        excess: Matrix,
+        self, now_ns: int, evidence: Evidence, estimator: WholeBodyEstimator
     ) -> tuple[ContactEstimate, ...]:
-        """Judge one filtered estimate; `usable` says which sensors it stands on.
-
-        `excess` (m, 6) is measured minus predicted without the learner's correction.
-        """
+        """Judge one filtered estimate, which was the estimator's last one."""
         self._looks += 1
         for watched in self._watched:
-            row = excess[watched.sensor, :3].tolist() if watched.sensor >= 0 else (0.0,)
-            watched.model_n = math.hypot(*row)
+            if watched.sensor >= 0:
+                watched.model_n = math.hypot(*evidence.excess[watched.sensor, :3].tolist())
+        estimate = evidence.estimate
         wrenches, points = estimate.contact_wrenches, estimate.contact_points_m
         return tuple(
-            self._judge(now_ns, watched, wrenches[i], points[i], estimator, usable)
+            self._judge(now_ns, watched, wrenches[i], points[i], evidence, estimator)
             for i, watched in enumerate(self._watched)
         )
 
@@ -110,13 +118,15 @@ class ContactWatch:
         watched: _Watched,
         wrench: Vector,
         point: Vector,
+        evidence: Evidence,
         estimator: WholeBodyEstimator,
-        usable: tuple[bool, ...],
     ) -> ContactEstimate:
-        felt = watched.sensor < 0 or usable[watched.sensor]
-        force_n = math.hypot(*wrench[:3].tolist())
-        if felt:
-            watched.detector.update(force_n)
+        sensor = watched.sensor
+        if sensor < 0 or evidence.usable[sensor]:
+            spread_n = evidence.spread_n[sensor] if sensor >= 0 else math.inf
+            on_n = max(watched.learned_on_n, LEARNED_SPREADS * spread_n)
+            force_n = math.hypot(*wrench[:3].tolist())
+            watched.detector.update(force_n * max(watched.on_n / on_n, 1.0))
         else:
             watched.detector.reset()
         watched.skin = self._skin.pressed(watched.sensor)
@@ -177,15 +187,19 @@ class ContactWatch:
         above = body.tree.joints_above(contact.frame)
         frames = {sensor.frame: i for i, sensor in enumerate(body.sensors)}
         sensor = next((frames[joint] for joint in above if joint in frames), -1)
-        on_n, off_n = ON_N, OFF_N
+        on_n, off_n, learned_on_n = ON_N, OFF_N, ON_N
         if sensor >= 0:
-            on_n, off_n = body.sensors[sensor].contact_on_n, body.sensors[sensor].contact_off_n
+            table = body.sensors[sensor]
+            on_n, off_n = table.contact_on_n, table.contact_off_n
+            learned_on_n = table.contact_learned_on_n
         return _Watched(
             contact=contact,
             limb=self._limb(above),
             link=body.tree.link_of(contact.frame),
             sensor=sensor,
             detector=ContactDetector(on_n, off_n),
+            on_n=on_n,
+            learned_on_n=learned_on_n,
             shapes=self._shapes_beyond(sensor, frames),
         )
 

@@ -16,7 +16,7 @@ from dforc.estimation.estimator import WholeBodyEstimator
 from dforc.estimation.tree_model import TreeModel
 from dforc.signals.delay_match import DELAY_S, MatchedMotion
 from services.body import Body
-from services.contact_watch import ContactWatch
+from services.contact_watch import ContactWatch, Evidence
 from services.dynamics_messages import Contacts, DynamicsSamples, SensorSample
 from services.kinematic_source import KinematicSource
 from services.learned_correction import Correction
@@ -89,7 +89,8 @@ class FilteredBody:
         self.health.add(excess, usable)
         if tasks.is_sweeping:
             tasks.add_pose(predicted, now_ns * NS_TO_S)
-        contacts = self.contacts.look(now_ns, estimate, self.estimator, usable, excess)
+        evidence = Evidence(estimate, usable, excess, correction.spread_n)
+        contacts = self.contacts.look(now_ns, evidence, self.estimator)
         return Look(
             Contacts(stamp_ns=now_ns, contacts=contacts),
             DynamicsSamples(

@@ -76,6 +76,7 @@ class SensorTable(Strict, frozen=True, kw_only=True):
     contact_frame: str = ""  # where what touches the limb beyond is assumed; empty = the frame
     contact_on_n: float = 4.0  # a contact begins: above what weight and motion are uncertain by
     contact_off_n: float = 2.5  # and ends
+    contact_learned_on_n: float = 2.5  # it begins at best, where a learner takes off what is not
     full_scale: tuple[float, float, float, float, float, float]
 
 

@@ -30,9 +30,10 @@ def pushed(robot: RobotFile, link: str, force_n: tuple[float, float, float]) -> 
     return stand
 
 
-def learned(stand: Stand, force_x_n: float) -> LearnedWrenches:
+def learned(stand: Stand, force_x_n: float, std_n: float | None = None) -> LearnedWrenches:
     wrench = (force_x_n, 0.0, 0.0, 0.0, 0.0, 0.0)
-    correction = LearnedWrench(name="l_arm_ft", wrench=wrench)
+    std = () if std_n is None else (std_n, 0.0, 0.0, 0.0, 0.0, 0.0)
+    correction = LearnedWrench(name="l_arm_ft", wrench=wrench, std=std)
     return LearnedWrenches(
         stamp_ns=stand.now_ns, samples_stamp_ns=stand.now_ns, corrections=(correction,)
     )
@@ -184,3 +185,19 @@ def test_a_correction_that_is_not_finite_is_refused(arms: RobotFile) -> None:
     stand.run(30)
     assert stand.dynamics.correction.refused == 1
     assert np.linalg.norm(stand.contact("l_arm_ft").force_n) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("std_n", "touching"), [(None, False), (0.0, False), (0.5, True), (0.7, True), (0.9, False)]
+)
+def test_a_learner_that_leaves_little_lets_weaker_touches_be_felt(
+    arms: RobotFile, std_n: float | None, touching: bool
+) -> None:
+    """3 N: above 2.5 and four times 0.7, below four times 0.9 and the 4 N of the model alone."""
+    stand = Stand(arms, pushed="l_hand_dh_frame")
+    stand.calibrate()
+    stand.push_n = np.array([0.0, 3.0, 0.0])
+    for _ in range(25):
+        stand.others = {LEARNED: learned(stand, 0.0, std_n)}
+        stand.run(10)
+    assert stand.contact("l_arm_ft").touching is touching
