@@ -88,6 +88,7 @@ class MatchedFilter:
 
         Raises:
             NoSampleError: nothing was pushed yet.
+            NotFiniteError: the instant is NaN or infinity.
         """
         return self._weights(at_s, TWICE, 1.0) @ self._history.values
 
@@ -121,6 +122,8 @@ class MatchedFilter:
         instants = self._history.at_s
         if len(instants) == 0:
             raise NoSampleError("no sample yet")
+        if not math.isfinite(at_s):
+            raise NotFiniteError(f"instant of the reading is {at_s}")
         u = (at_s - instants) / self.delay_s - 1.0  # falls
         f = _evaluate(polynomial, np.clip(u, -1.0, 1.0))
         f += slope * np.maximum(u - 1.0, 0.0)
@@ -151,6 +154,7 @@ class MatchedMotion(MatchedFilter):
 
         Raises:
             NoSampleError: nothing was pushed yet.
+            NotFiniteError: the instant is NaN or infinity.
         """
         values = self._history.values
         dq = self._weights(at_s, ONCE, 0.0) @ values / self.delay_s

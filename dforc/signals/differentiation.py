@@ -59,7 +59,8 @@ class Differentiator:
 
     `jumped` (n,) tells which joints left their path by more than motion can in the newest sample:
     the joint's history is moved along, so the jump enters neither velocity nor acceleration; a
-    joint that jumps again and again starts anew, at rest. `resets` counts new starts of all joints.
+    joint that jumps again and again starts anew, at rest. `resets` counts these new
+    starts, and those of all joints together after a gap.
     """
 
     delay_s = 0.0  # of what comes out; its error includes the filters' lag
@@ -142,6 +143,7 @@ class Differentiator:
     def reset(self) -> None:
         """Forget everything: the next sample is the first one."""
         self._at_s = math.nan
+        self._samples = 0
 
     def _start(self, q: Vector) -> None:
         filters = len(self._bank)

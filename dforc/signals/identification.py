@@ -18,6 +18,7 @@ gain 3 % too large. `residual` shows how much of the sweep model and gain togeth
 Wrenches are (6,): force [N], then moment [Nm], sensor frame.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,8 +56,9 @@ class GainFit:
 
     @property
     def condition(self) -> float:
-        """Largest over smallest spread."""
-        return float(self.spread[0] / max(self.spread[-1], 1e-12))
+        """Largest over smallest spread; infinite where a direction was not excited at all."""
+        weakest = float(self.spread[-1])
+        return float(self.spread[0]) / weakest if weakest > 0.0 else math.inf
 
     @property
     def unobserved(self) -> Matrix:

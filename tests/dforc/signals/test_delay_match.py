@@ -125,6 +125,16 @@ def test_reading_an_empty_filter_says_so() -> None:
         MatchedFilter(6).value(0.0)
 
 
+@pytest.mark.parametrize("at_s", [math.nan, math.inf])
+def test_reading_at_no_instant_is_refused(at_s: float) -> None:
+    motion = MatchedMotion(1)
+    motion.push([1.0], 0.0)
+    with pytest.raises(NotFiniteError):
+        motion.value(at_s)
+    with pytest.raises(NotFiniteError):
+        motion.motion(at_s)
+
+
 def test_memory_is_finite_at_any_rate() -> None:
     wrench = MatchedFilter(1)
     for tick in range(9000):

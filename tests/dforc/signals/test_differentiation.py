@@ -125,6 +125,14 @@ def test_silence_starts_anew_at_rest() -> None:
     assert motion.dq_rad_s.tolist() == [0.0, 0.0, 0.0]
 
 
+def test_reset_differentiator_is_not_settled() -> None:
+    differentiator = fed(swing(200))
+    assert differentiator.settled
+    differentiator.reset()
+    assert not differentiator.settled
+    assert differentiator.add([1.0, 1.0, 1.0], 2.0).dq_rad_s.tolist() == [0.0, 0.0, 0.0]
+
+
 @pytest.mark.parametrize("back_s", [0.0, 0.01, 3.0])
 def test_sample_that_is_not_newer_changes_nothing(back_s: float) -> None:
     q = swing(200)

@@ -1,5 +1,7 @@
 """Gain and offset of a sensor from a sweep of postures."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -36,6 +38,7 @@ def test_rich_loads_give_gain_and_offset_back() -> None:
     raw = np.linalg.solve(C, (wrenches + OFFSET).T).T + noise(4000)
     fit = identify_gain(raw, wrenches)
     assert gain_error(fit.matrix, C) < 0.002
+    assert fit.condition == pytest.approx(fit.spread[0] / fit.spread[5])
     assert fit.offset == pytest.approx(OFFSET, abs=0.02)
 
 
@@ -50,6 +53,7 @@ def test_one_posture_leaves_the_gain_alone_and_finds_the_offset() -> None:
     fit = identify_gain(wrenches + OFFSET + noise(400), wrenches)
     assert fit.rank == 0
     assert len(fit.unobserved) == 6
+    assert fit.condition == math.inf
     assert fit.matrix.tolist() == np.eye(6).tolist()
     moved = (wrenches + OFFSET) @ fit.matrix.T - fit.offset
     assert moved == pytest.approx(wrenches, abs=0.02)
