@@ -41,22 +41,34 @@ class Shoulder:
     def __init__(self, axes: Sequence[Axis]) -> None:
         """`axes` in that order, each with torque gains and a known motor."""
         self.joints = tuple(axis.index for axis in axes)
+        self._axes = tuple(axes)
+        self._joints = tuple(axis.joint for axis in axes)
+        self._map = self._made()
+
+    def bent(self, tau_nm: Sequence[float]) -> list[float]:
+        """Set-points (3, Nm) under which the drives exert these torques (3, Nm)."""
+        joints = tuple(axis.joint for axis in self._axes)
+        if any(now is not before for now, before in zip(joints, self._joints, strict=True)):
+            self._joints = joints  # gains were tuned
+            self._map = self._made()
+        sent: list[float] = (self._map @ np.array(tau_nm)).tolist()
+        return sent
+
+    def _made(self) -> Matrix:
         kp, kff, nm_per_count, sense = (np.zeros(JOINTS) for _ in range(4))
-        for i, axis in enumerate(axes):
+        for i, axis in enumerate(self._axes):
             pid = axis.joint.torque_pid
             assert pid is not None, "is_known has been asked"
             scale = axis.units.torque_counts_per_nm / 2.0**pid.shift
             kp[i], kff[i] = pid.kp * scale, pid.kff * scale
             nm_per_count[i] = axis.joint.motor_nm / axis.full_pwm
             sense[i] = np.sign(pid.kp)
+        if not (kp.all() and (kp + kff).all()):  # tuned to nothing: no set-point means anything
+            return np.eye(JOINTS)
         inverse = np.linalg.inv(SPEEDS.T @ np.diag(nm_per_count) @ DUTIES)
         wanted: Matrix = inverse * sense + np.diag(kp)
-        self._map: Matrix = wanted / (kp + kff)[:, None]
-
-    def bent(self, tau_nm: Sequence[float]) -> list[float]:
-        """Set-points (3, Nm) under which the drives exert these torques (3, Nm)."""
-        sent: list[float] = (self._map @ np.array(tau_nm)).tolist()
-        return sent
+        made: Matrix = wanted / (kp + kff)[:, None]
+        return made
 
 
 def shoulders(boards: Sequence[tuple[Board, Sequence[Axis]]]) -> tuple[Shoulder, ...]:

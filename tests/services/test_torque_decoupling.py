@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+import msgspec
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.whole_robot import WholeRobot
 from firmware_sim.boards.motor_board import MotorBoard
-from hal.decoupling import DUTIES, SPEEDS, shoulders
+from hal.decoupling import DUTIES, SPEEDS, Shoulder, shoulders
 
 Vector = NDArray[np.float64]
 
@@ -37,18 +38,39 @@ def test_mixing_is_that_of_the_emulated_firmware(whole: WholeRobot) -> None:
     own, added = lower.firmware.coupling.motors[0], lower.firmware.coupling.partner_motors[0]
     assert np.array(upper.firmware.coupling.motors) == pytest.approx(DUTIES[:2, :2])
     assert [*added, own[0]] == SPEEDS[2].tolist()
-    others = np.array(added) @ DUTIES[:2]  # the duties applied to the other two motors
-    assert others + [0.0, 0.0, own[0]] == pytest.approx(DUTIES[2])
+    others = np.array(added) @ DUTIES[:2, :2]  # the duties applied to the other two motors
+    added_up = np.array([*others.tolist(), 0.0]) + np.array([0.0, 0.0, own[0]])
+    assert added_up == pytest.approx(DUTIES[2])
+
+
+def shoulder_of(whole: WholeRobot) -> Shoulder:
+    (shoulder,) = shoulders([(one.board, one.axes) for one in whole.hal._machine.boards])
+    return shoulder
 
 
 def test_loops_that_are_told_bent_torques_make_the_drives_exert_the_straight_ones(
     whole: WholeRobot,
 ) -> None:
-    (shoulder,) = shoulders([(one.board, one.axes) for one in whole.hal._machine.boards])
+    assert_straight(whole, shoulder_of(whole))
+
+
+def test_gains_that_are_tuned_meanwhile_count(whole: WholeRobot) -> None:
+    shoulder = shoulder_of(whole)
+    old = whole.hal.description.joints[2].torque_pid
+    assert old is not None
+    whole.finish(whole.hal.tune(SHOULDER[2], msgspec.structs.replace(old, kp=-200, kff=-30)))
+    assert_straight(whole, shoulder)
+    whole.finish(whole.hal.tune(SHOULDER[2], msgspec.structs.replace(old, kp=0, kff=0)))
+    assert shoulder.bent(HELD_NM[:3]) == list(HELD_NM[:3])
+    whole.finish(whole.hal.tune(SHOULDER[2], old))
+
+
+def assert_straight(whole: WholeRobot, shoulder: Shoulder) -> None:
+    """What the firmware's law makes of the set-points, through the mixing, is what was wanted."""
     tau = np.array(HELD_NM[:3])
     duties = np.zeros(3)
-    for i, joint in enumerate(whole.hal.description.joints[:3]):
-        pid = joint.torque_pid
+    for i, axis in enumerate(whole.hal._machine.axes[:3]):
+        pid = axis.joint.torque_pid
         assert pid is not None
         counts = 0x8000 / 8.0 / 2.0**pid.shift  # per Nm
         sent = shoulder.bent(tau.tolist())[i]
