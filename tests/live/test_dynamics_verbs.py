@@ -1,4 +1,6 @@
-"""`ulna dynamics` on a live stack: an emulated arm that is calibrated, moved and identified."""
+"""`ulna dynamics` and `ulna learner` on a live stack: an arm is calibrated, moved, identified."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ pytestmark = pytest.mark.live
 
 ROBOT = "icub:reach"
 STACK = "feeling"
-NEEDED = ("boards", "robot", "dynamics")
+NEEDED = ("boards", "robot", "dynamics", "learner")
 PATIENCE_S = 150.0  # one slow core that others use too, and code not yet compiled
 
 
@@ -37,13 +39,18 @@ def do(stack: Stack, request: RobotRequest) -> None:
             reply = client.call(ROBOT_CALL, request)
 
 
-def test_a_sensor_is_calibrated_identified_and_reset(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_sensor_is_calibrated_identified_learned_and_reset(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     robot = load_robot(ROBOT)
     home = tuple(np.radians(robot.reach.home_deg).tolist())
     rows = (HUB, *(row for row in PROCESSES if row.name in NEEDED))
 
     def verb(*words: str) -> int:
         return main(["dynamics", *words, "--stack", STACK])
+
+    def learner(*words: str) -> int:
+        return main(["learner", *words, "--stack", STACK])
 
     with Stack(ROBOT, name=STACK, can="zenoh", rows=rows) as stack:
         assert verb("calibrate") == 1
@@ -60,6 +67,18 @@ def test_a_sensor_is_calibrated_identified_and_reset(capsys: pytest.CaptureFixtu
 
         assert verb("identify", "r_arm_ft", "--moves", "5", "--degrees", "30") == 0
         assert "of 6 directions" in capsys.readouterr().out
+
+        state = tmp_path / "arm.state"
+        assert learner("status") == 0
+        assert "learning" in capsys.readouterr().out
+        assert learner("save", str(state)) == 0
+        assert state.stat().st_size > 0
+        assert learner("freeze") == 0
+        assert learner("restore", str(state)) == 0
+        assert learner("restore", str(tmp_path / "none.state")) == 1
+        assert "none.state" in capsys.readouterr().err
+        assert learner("reset", "nose") == 1
+        assert learner("resume") == 0
 
         assert verb("assume", "custom", "r_hand", "r_forearm") == 0
         assert verb("status") == 0
