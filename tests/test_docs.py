@@ -24,6 +24,13 @@ def test_the_snippets_of_the_hal_page_run_in_their_order() -> None:
     exec(compile("\n".join(snippets), "docs/hal.md", "exec"), {"__name__": "hal_page"})
 
 
+def test_the_snippet_of_the_dynamics_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (ROOT / "docs" / "dynamics.md").read_text(encoding="utf-8")
+    (snippet,) = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    exec(compile(snippet, "docs/dynamics.md", "exec"), {"__name__": "dynamics_page"})
+    assert "r_upper_arm 6 6" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("page", PAGES, ids=ids)
 def test_every_path_named_is_there(page: Path) -> None:
     named = re.findall(rf"`((?:{'|'.join(FOLDERS)})/[^\s`]*)`", page.read_text(encoding="utf-8"))
