@@ -45,7 +45,8 @@ def _steps(panel: Axes, steps: Sequence[TorqueStep]) -> None:
         panel.plot(step.at_s * 1e3, share, lw=0.9, label=step.joint)
     panel.axvline(0.0, color="0.6", lw=0.8)
     panel.axhline(1.0, color="0.6", lw=0.8)
-    panel.set(title="torque steps", xlabel="time [ms]", ylabel="change / asked", xlim=(-50, 400))
+    panel.set(title="torque steps", xlabel="time [ms]", ylabel="change / asked")
+    panel.set(xlim=(-50, 400), ylim=(-0.25, 1.5))
     if steps:
         panel.legend(fontsize=6, ncols=2)
 
