@@ -110,6 +110,18 @@ def test_an_end_of_one_capsule_inside_another_of_its_link_is_no_surface() -> Non
     np.testing.assert_allclose(found.point_m, [0.1, 0.0, 0.03], atol=0.003)
 
 
+def test_along_a_bent_link_only_its_outer_surface_is_pushed() -> None:
+    bent = posed(rod("arm", 0.0, 0.1), rod("arm", 0.1, 0.2))
+    found = pushed((10.0, 0.0, 0.0), (-0.03, 0.0, 0.0), bent)
+    np.testing.assert_allclose(found.point_m, [-0.03, 0.0, 0.0], atol=0.003)
+
+
+def test_surface_inside_another_link_is_not_pushed() -> None:
+    jointed = posed(rod("fore", 0.2, 0.3), rod("hand", 0.3, 0.4))
+    found = pushed((10.0, 0.0, 0.0), (0.17, 0.0, 0.0), jointed)
+    assert (found.link, found.certainty) == ("fore", "sure")
+
+
 def test_the_same_wrench_gives_the_same_answer_twice() -> None:
     first = pushed((1.0, 2.0, -10.0), (0.25, 0.0, 0.03))
     again = pushed((1.0, 2.0, -10.0), (0.25, 0.0, 0.03))

@@ -15,7 +15,7 @@ from dforc.estimation.assumption import (
     standing,
 )
 from dforc.estimation.estimate import BodyEstimate
-from dforc.estimation.estimator import WholeBodyEstimator
+from dforc.estimation.estimator import MOST_PLANS, WholeBodyEstimator
 
 Make = Callable[[Assumption], WholeBodyEstimator]
 Load = Callable[[str, tuple[str, ...]], Robot]
@@ -85,6 +85,24 @@ def test_default_contacts_of_other_sub_models_stay(icub: Robot, make: Make) -> N
     assert found.contact_wrenches[1] == pytest.approx(true.wrenches[1], abs=1e-9)
     assert found.contact_wrenches[2] == pytest.approx(0.0, abs=0.0)
     assert [sub.unknowns for sub in found.sub_models] == [6, 3, 0, 6, 0]
+
+
+def test_default_contact_does_not_count_where_the_mainstay_holds(icub: Robot, make: Make) -> None:
+    found = run(
+        make(Assumption(contacts=(Contact(frame="root_link", fallback=True),))), scene_of(icub)
+    )
+    assert found.sub_models[0].unknowns == 6
+    assert found.contact_wrenches == pytest.approx(0.0, abs=0.0)
+
+
+def test_points_too_close_to_tell_apart_count_as_one(icub: Robot, make: Make) -> None:
+    """A micrometre apart: what tells them apart is 1e-5 of what they share."""
+    near = Contact(frame="l_forearm", point_m=(0.020001, 0.0, 0.05), kind="force")
+    true = scene_of(icub, PUSH_AT_ELBOW)
+    found = run(make(Assumption(contacts=(PUSH_AT_ELBOW, near))), true)
+    assert found.sub_models[1 + L_ARM].rank == 3
+    for wrench in found.contact_wrenches:
+        assert wrench == pytest.approx(true.wrenches[0] / 2.0, abs=1e-3)
 
 
 def test_copies_of_a_contact_share_its_wrench_evenly(icub: Robot, make: Make) -> None:
@@ -192,6 +210,7 @@ def test_hundreds_of_assumptions_in_a_row_stay_exact(icub: Robot, make: Make) ->
     for step in range(200):
         elsewhere = Contact(frame="r_forearm", kind="force", point_m=(0.0, 0.0, 1e-3 * step))
         estimator.assume(Assumption(contacts=(PUSH_AT_ELBOW, elsewhere)))
+    assert len(estimator._plans) <= MOST_PLANS
     found = run(estimator, true)
     assert found.contact_wrenches[0] == pytest.approx(true.wrenches[0], abs=1e-9)
     assert found.contact_wrenches[1] == pytest.approx(0.0, abs=1e-9)

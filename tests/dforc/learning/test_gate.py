@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from dforc.arrays import Matrix, Vector
+from dforc.arrays import ArrayLike, Matrix, Vector
 from dforc.errors import NotFiniteError, ShapeError
 from dforc.learning.feature_ridge import FeatureRidge, Kernel, LearnerState
 from dforc.learning.gate import ContactSafe, GateLimits, UpdateGate
@@ -133,3 +133,53 @@ def test_an_ungated_learner_eats_the_push_and_leaves_a_ghost() -> None:
     for force_n in [0.0] * 100 + [5.0] * 300:
         learner.update([0.0], wrench(force_n))
     assert 5.0 - learner.predict([0.0])[0] < 2.0
+
+
+class Diary:
+    """A learner that only remembers what it was given."""
+
+    def __init__(self) -> None:
+        self.seen: tuple[float, ...] = ()
+
+    def predict(self, x: ArrayLike) -> Vector:  # noqa: ARG002
+        return np.zeros(6)
+
+    def novelty(self, x: ArrayLike) -> float:  # noqa: ARG002
+        return 0.0
+
+    def update(self, x: ArrayLike, y: ArrayLike) -> Vector:  # noqa: ARG002
+        self.seen = (*self.seen, float(y[0]))
+        return np.zeros(6)
+
+    def state(self) -> tuple[float, ...]:
+        return self.seen
+
+    def restore(self, state: tuple[float, ...]) -> None:
+        self.seen = state
+
+
+def test_what_was_taken_back_once_never_comes_back() -> None:
+    diary, limits = Diary(), GateLimits(close_n=20.0, open_n=20.0, quiet=1)
+    safe = ContactSafe(diary, UpdateGate(limits), memory=3)
+    for force_n in (1, 2, 3, 4, 5, 6, 7, 99):
+        safe.update([0.0], wrench(force_n))
+    assert diary.seen == (1, 2, 3)
+    for force_n in (8, 9, 10, 11):
+        safe.update([0.0], wrench(force_n))
+    assert diary.seen == (1, 2, 3, 8, 9, 10, 11)
+    safe.update([0.0], wrench(99))
+    assert diary.seen == (1, 2, 3)
+
+
+def test_after_a_reset_there_is_nothing_to_go_back_to_and_the_gate_is_open() -> None:
+    diary, limits = Diary(), GateLimits(close_n=20.0, open_n=20.0, quiet=5)
+    safe = ContactSafe(diary, UpdateGate(limits), memory=3)
+    for force_n in (1, 2, 3, 4, 5, 6, 7, 99):
+        safe.update([0.0], wrench(force_n))
+    assert not safe.gate.open
+    diary.seen = ()
+    safe.forget()
+    assert safe.gate.open
+    safe.update([0.0], wrench(8))
+    safe.update([0.0], wrench(99))
+    assert diary.seen == ()

@@ -99,3 +99,12 @@ def test_an_input_that_never_varies_does_no_harm() -> None:
     alone, both = fit_hyperparameters(x[:, :1], y), fit_hyperparameters(x, y)
     assert both.length_scales[0] == pytest.approx(alone.length_scales[0], rel=0.05)
     assert both.length_scales[1] >= 1.0
+
+
+def test_the_likelihood_is_that_of_the_data_in_their_own_units() -> None:
+    rng = np.random.default_rng(6)
+    x = 50.0 * rng.normal(size=(40, 1))
+    y = 1e-3 * (np.sin(x / 50.0) + 0.1 * rng.normal(size=(40, 1)))
+    found = fit_hyperparameters(x, y)
+    logs = np.log([*found.length_scales, found.signal, found.noise])
+    assert found.log_likelihood == pytest.approx(-negative_log_likelihood(logs, x, y)[0])

@@ -147,3 +147,11 @@ def test_a_state_with_one_bad_part_changes_nothing() -> None:
         with pytest.raises(why):
             both.restore(bad)
         assert np.array_equal(both.predict([0.3], regressors(x[:1])[0]), expected)
+
+
+def test_a_batch_far_from_zero_leaves_its_mean_where_nothing_is_known() -> None:
+    learner = FeatureRidge(KERNELS, 40, 0)
+    x = np.linspace(-1, 1, 50)[:, None]
+    learner.fit(x, np.column_stack([100.0 + np.sin(x[:, 0]), np.full(50, -7.0)]))
+    assert learner.predict([0.0]) == pytest.approx([100.0, -7.0], abs=0.05)
+    assert learner.predict_rows(np.array([[0.0]]))[0] == pytest.approx(learner.predict([0.0]))

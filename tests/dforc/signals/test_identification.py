@@ -48,6 +48,12 @@ def test_noise_of_the_readings_does_not_draw_the_gain_towards_zero() -> None:
     assert np.diag(fit.matrix) == pytest.approx(np.ones(6), abs=0.02)
 
 
+def test_noise_of_the_readings_does_not_draw_a_wrong_gain_towards_one() -> None:
+    wrenches = loads(40_000) * 0.01
+    fit = identify_gain(wrenches + noise(40_000), 1.3 * wrenches, ridge=1e-3)
+    assert np.diag(fit.matrix) == pytest.approx(np.full(6, 1.3), abs=0.02)
+
+
 def test_one_posture_leaves_the_gain_alone_and_finds_the_offset() -> None:
     wrenches = np.tile(loads(1), (400, 1))
     fit = identify_gain(wrenches + OFFSET + noise(400), wrenches)
