@@ -7,7 +7,7 @@ import pytest
 from dforc.arrays import Matrix
 from dforc.errors import NotFiniteError, ShapeError
 from dforc.learning.random_features import RandomFeatures
-from dforc.learning.recursive_ridge import NotDefiniteError, RecursiveRidge
+from dforc.learning.recursive_ridge import HELD, NotDefiniteError, RecursiveRidge
 
 LAMBDA = 1e-3
 
@@ -56,6 +56,21 @@ def test_a_batch_start_goes_on_as_if_it_had_come_sample_by_sample() -> None:
         ridge.update(row, target)
     truth = solved(phi, y)
     np.testing.assert_allclose(ridge.weights, truth, atol=1e-8 * np.abs(truth).max())
+
+
+@pytest.mark.parametrize("held_back", range(HELD + 1))
+def test_samples_that_are_held_back_count_in_all_that_is_asked(held_back: int) -> None:
+    phi, y = samples(3 * HELD + 1, 40)
+    learner = RecursiveRidge(40, 3, LAMBDA)
+    for i in range(HELD + held_back):
+        learner.update(phi[i], y[i])
+    taken = phi[: HELD + held_back]
+    P = np.linalg.inv(LAMBDA * np.eye(40) + taken.T @ taken)
+    assert learner.variance(phi[-1]) == pytest.approx(phi[-1] @ P @ phi[-1], rel=1e-9)
+    np.testing.assert_allclose(learner.weights, solved(taken, y[: len(taken)]), atol=1e-9)
+    state = learner.state().P
+    np.testing.assert_allclose(np.tril(state), np.tril(P), rtol=1e-9, atol=1e-7)
+    assert learner.definite()
 
 
 def test_the_order_of_samples_does_not_matter() -> None:
