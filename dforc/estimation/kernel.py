@@ -12,9 +12,9 @@ import math
 
 from dforc.arrays import Matrix, Vector
 from dforc.compiled import compiled
+from dforc.estimation.plan import GRAVITY_M_S2
 from dforc.estimation.tree_model import Places
 
-GRAVITY_M_S2 = 9.81
 MOVE, NEED, GIVEN = 43, 52, 58
 
 

@@ -11,11 +11,9 @@ import math
 
 from dforc.arrays import Matrix, Vector
 from dforc.compiled import compiled
+from dforc.estimation.plan import DIRECTION, FORCE, LEVER_M, RANK_TOLERANCE, SEVERAL
 from dforc.estimation.tree_model import Indices, Places
 
-LEVER_M = 0.1
-RANK_TOLERANCE = 1e-4
-FORCE, DIRECTION, SEVERAL = 3, 4, 5
 SWEEPS = 30
 ROUNDING = 1e-15
 VANISHING = 1e-28  # of the squared norm: rounding of what is zero

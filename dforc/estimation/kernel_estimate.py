@@ -2,16 +2,34 @@
 
 from dforc.arrays import Matrix, Vector
 from dforc.compiled import compiled
-from dforc.estimation.kernel import base_motion, move, need, place, turned, turned_back
+from dforc.estimation.kernel import (
+    GIVEN,
+    NEED,
+    base_motion,
+    move,
+    need,
+    place,
+    turned,
+    turned_back,
+)
 from dforc.estimation.kernel_contacts import shift, solve_sub_model
-from dforc.estimation.kernel_views import plan_of, results_of, room_of, scratch_of, tree_of
+from dforc.estimation.kernel_views import (
+    BODIES,
+    JOINTS,
+    SENSORS,
+    SOURCE,
+    plan_of,
+    results_of,
+    room_of,
+    scratch_of,
+    tree_of,
+)
+from dforc.estimation.path import DONE, NOT_FINITE, WRONG_SHAPE
+from dforc.estimation.plan import MAINSTAY, WRENCH
+from dforc.estimation.tables import BODY_NUMBERS as END
 from dforc.estimation.tree_model import Indices, Places
 
 LARGEST = 1.0e300
-DONE, NOT_FINITE, WRONG_SHAPE = 0, 1, 2
-MAINSTAY, WRENCH = 1, 2
-BODIES, JOINTS, SENSORS, SOURCE = 0, 1, 2, 6
-NEED, GIVEN, END = 52, 58, 64
 
 
 @compiled

@@ -2,10 +2,9 @@
 
 from dforc.arrays import Matrix, Vector
 from dforc.compiled import compiled
+from dforc.estimation.tables import BODY_NUMBERS, SOURCE_NUMBERS
 from dforc.estimation.tree_model import Indices, Places
 
-BODY_NUMBERS = 64
-SOURCE_NUMBERS = 21
 CONTACT_NUMBERS = 9
 HEADER = 8
 BODIES, JOINTS, SENSORS, CONTACTS, SUB_MODELS, KNOWN, SOURCE, UNKNOWNS = 0, 1, 2, 3, 4, 5, 6, 7

@@ -16,11 +16,10 @@ from dforc.arrays import Matrix, Vector
 from dforc.estimation.path import DONE, NOT_FINITE, WRONG_SHAPE, Prepared
 from dforc.estimation.plain_contacts import solve_sub_model
 from dforc.estimation.plain_plan import FREE, Gathered
-from dforc.estimation.plan import MAINSTAY, Plan
+from dforc.estimation.plan import GRAVITY_M_S2, MAINSTAY, Plan
 from dforc.estimation.tree_model import TreeModel
 from dforc.robot_model import ModelError
 
-GRAVITY_M_S2 = 9.81
 FREE_JOINT = "free joint under the base"  # no name that a URDF would have
 
 

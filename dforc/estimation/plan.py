@@ -16,6 +16,7 @@ from dforc.arrays import Matrix, Vector
 from dforc.estimation.assumption import UNKNOWNS, Assumption, AssumptionError, Contact, KnownWrench
 from dforc.estimation.tree_model import Indices, TreeModel
 
+GRAVITY_M_S2 = 9.81
 LEVER_M = 0.1  # a moment of 0.1 Nm weighs as much as a force of 1 N, in norms and in residuals
 RANK_TOLERANCE = 1e-4  # of the largest singular value; what is below counts as not measurable
 
