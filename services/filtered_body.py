@@ -55,7 +55,6 @@ class FilteredBody:
         self._body = body
         self._bank = bank
         self._motion = MatchedMotion(model.n)
-        self._filled_since = -1  # new starts of the joints' filter when its memory was last full
         self._joints = model.joints
         self.contacts.assume(assumption)
 
@@ -77,7 +76,7 @@ class FilteredBody:
         """
         self._bank.filter_readings()
         base = source.filtered(now_ns)
-        if not self._is_filled() or (source.frame and base is None):
+        if not self._motion.settled or (source.frame and base is None):
             return None
         q, dq, ddq = self._motion.motion(now_ns * NS_TO_S)
         measured, ready = self._bank.filtered(now_ns)
@@ -104,12 +103,6 @@ class FilteredBody:
             ),
             estimate,
         )
-
-    def _is_filled(self) -> bool:
-        """Whether the joints' filter is full, once since it last began."""
-        if self._motion.settled:
-            self._filled_since = self._motion.resets
-        return self._filled_since == self._motion.resets
 
     def _samples(
         self, measured: Matrix, predicted: Matrix, usable: tuple[bool, ...]

@@ -15,7 +15,6 @@ from services.core.service import Inputs
 from services.messages import Wrench
 
 LATE_PERIODS = 1.9  # without a reading: the sensor is lost
-QUIET_LOOKS = 10  # without a reading: its filter starts anew
 NEVER_NS = -(1 << 62)
 NS_TO_S = 1e-9
 
@@ -50,8 +49,6 @@ class SensorBank:
         self._sum: Matrix = np.zeros((count, 6))  # of the good readings since the last filtered()
         self._count = [0] * count
         self._instants_s = [0.0] * count
-        self._filled = [False] * count  # the filter's memory is full
-        self._quiet = [0] * count  # looks in a row without a good reading
 
     def take(self, now_ns: int, inputs: Inputs) -> bool:
         """Look at what has arrived; whether some good reading did."""
@@ -79,7 +76,7 @@ class SensorBank:
 
     def is_filtered(self, sensor: int) -> bool:
         """Whether it gives readings that fill its filter's memory, calibrated or not."""
-        return self.is_heard(sensor) and self._filled[sensor]
+        return self.is_heard(sensor) and self.channels[sensor].settled
 
     def compensated(self) -> Matrix:
         """The newest good readings (m, 6)."""
@@ -99,10 +96,6 @@ class SensorBank:
             count = self._count[i]
             if count:
                 channel.push(self._sum[i] / count, self._instants_s[i] / count)
-                self._filled[i] |= channel.settled
-            self._quiet[i] = 0 if count else self._quiet[i] + 1
-            if self._quiet[i] >= QUIET_LOOKS:
-                self._filled[i] = False
         self._sum[:] = 0.0
         self._count = [0] * len(self._count)
         self._instants_s = [0.0] * len(self._count)
@@ -112,7 +105,7 @@ class SensorBank:
         wrenches: Matrix = np.zeros_like(self.raw)
         ready = []
         for i, channel in enumerate(self.channels):
-            usable = self.valid[i] and self._filled[i]
+            usable = self.valid[i] and channel.settled
             ready.append(usable)
             if usable:
                 wrenches[i] = channel.filtered(now_ns * NS_TO_S)

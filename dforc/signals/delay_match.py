@@ -70,7 +70,8 @@ class MatchedFilter:
     def settled(self) -> bool:
         """The window is full of samples."""
         at_s = self._history.at_s
-        return len(at_s) > 1 and bool(at_s[-1] - at_s[0] >= 2.0 * self.delay_s)
+        # As `_append` forgets: the difference of the two instants may round the other way.
+        return len(at_s) > 1 and bool(at_s[0] <= at_s[-1] - 2.0 * self.delay_s)
 
     def push(self, values: ArrayLike, at_s: float) -> None:
         """Take in one sample (channels,).
@@ -91,6 +92,15 @@ class MatchedFilter:
             NotFiniteError: the instant is NaN or infinity.
         """
         return self._weights(at_s, TWICE, 1.0) @ self._history.values
+
+    def slope(self, at_s: float) -> Vector:
+        """Derivative (channels,) of `value`, per second.
+
+        Raises:
+            NoSampleError: nothing was pushed yet.
+            NotFiniteError: the instant is NaN or infinity.
+        """
+        return self._weights(at_s, ONCE, 0.0) @ self._history.values / self.delay_s
 
     def add(self, values: ArrayLike, at_s: float) -> Vector:
         """`push` and `value` at the same instant."""
@@ -156,10 +166,8 @@ class MatchedMotion(MatchedFilter):
             NoSampleError: nothing was pushed yet.
             NotFiniteError: the instant is NaN or infinity.
         """
-        values = self._history.values
-        dq = self._weights(at_s, ONCE, 0.0) @ values / self.delay_s
-        ddq = self._weights(at_s, BELL, 0.0) @ values / (self.delay_s * self.delay_s)
-        return JointMotion(self.value(at_s), dq, ddq)
+        ddq = self._weights(at_s, BELL, 0.0) @ self._history.values / self.delay_s**2
+        return JointMotion(self.value(at_s), self.slope(at_s), ddq)
 
     def _append(self, sample: Vector, at_s: float) -> None:
         values, instants = self._history.values, self._history.at_s

@@ -101,6 +101,27 @@ def test_silence_empties_the_filter() -> None:
     assert wrench.resets == 1
 
 
+@pytest.mark.parametrize("period_s", [0.001, 0.0016, 0.004, 0.01])
+def test_full_memory_stays_full_whatever_instants_round_to(period_s: float) -> None:
+    wrench = MatchedFilter(1)
+    ticks = round(5.0 / period_s)
+    settled = []
+    for tick in range(ticks):
+        wrench.push([1.0], 0.0013 + tick * period_s)
+        settled.append(wrench.settled)
+    first = settled.index(True)
+    assert first == pytest.approx(0.16 / period_s, abs=1.0)
+    assert all(settled[first:])
+
+
+def test_slope_is_the_derivative_of_the_value() -> None:
+    wrench = MatchedFilter(1)
+    for tick in range(50):
+        wrench.push([math.sin(W * tick * 0.01)], tick * 0.01)
+    difference = (wrench.value(0.491) - wrench.value(0.4901)) / 0.0009
+    assert wrench.slope(0.49055) == pytest.approx(difference, rel=1e-4)
+
+
 def test_sample_that_is_not_newer_is_dropped() -> None:
     wrench = MatchedFilter(1)
     for tick in range(50):
