@@ -6,7 +6,8 @@ Writes  torque_estimate and impedance_offset of every part whose boards take tor
         status, contacts, samples, health, models
 Serves  dynamics/request, and dynamics/zero_ft: find the offset of FT sensors
 Torques come from unfiltered readings, with the measured velocities and without accelerations: what
-these add beyond a sensor, it measures. A part's torques are silent while a sensor that they need is
+these add beyond a sensor, it measures. Only how an IMU turns faster, and the joints between it and
+the base with it, is estimated. A part's torques are silent while a sensor that they need is
 lost or not calibrated, or joints that they need are not heard; the HAL then makes it stiff. Which
 parts are silent, and why, is told in dynamics/health. Nothing stops for a calibration.
 """
@@ -15,7 +16,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from dforc.arrays import Vector
 from dforc.errors import DforcError
 from dforc.estimation.assumption import Assumption
 from dforc.estimation.estimate import BodyEstimate
@@ -83,10 +83,11 @@ class Dynamics(Service):
         self._contacts = self.assumption.contacts  # those that are located, where they are
         self._reports = Reports(robot, self)
         self._gravity = GravityTorques(model)
-        self._still: Vector = np.zeros(model.n)
         self._next_look_ns = 0
         self._looks = 0
-        self._gravity.torques(self._still, None)  # compiled now, if not yet, and not in a step
+        self._gravity.torques(
+            self.joints.q_rad, None
+        )  # compiled now, if not yet, and not in a step
         felt = tuple(part for part in body.parts if part.felt)
         wrenches = tuple(sensor.wrench for sensor in body.sensors)
         states = tuple(part.state for part in body.parts)
@@ -103,6 +104,8 @@ class Dynamics(Service):
         """One estimate per batch of readings."""
         answer(self, inputs, outputs)
         new_joints = self.joints.take(now_ns, inputs)
+        if new_joints:
+            self.source.add_joints(self.joints.q_rad, now_ns)
         new_readings = self.bank.take(now_ns, inputs)
         self.source.take(now_ns, inputs)
         self.correction.take(inputs)
@@ -139,7 +142,12 @@ class Dynamics(Service):
         readings = bank.compensated()
         try:
             estimate = self.estimator.estimate(
-                joints.q_rad, joints.dq_rad_s, self._still, readings, bank.mask, self.source.motion
+                joints.q_rad,
+                joints.dq_rad_s,
+                self.source.ddq_rad_s2,
+                readings,
+                bank.mask,
+                self.source.motion,
             )
         except DforcError as error:  # numbers beyond what can be multiplied
             self.refused += 1

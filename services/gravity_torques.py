@@ -9,6 +9,8 @@ from dforc.estimation.assumption import Assumption, BaseMotion
 from dforc.estimation.estimator import WholeBodyEstimator
 from dforc.estimation.tree_model import TreeModel
 
+NO_TURN = (0.0, 0.0, 0.0)
+
 
 class GravityTorques:
     """Of all joints, at rest, with nothing touching the robot."""
@@ -25,7 +27,9 @@ class GravityTorques:
 
     def torques(self, q_rad: Vector, motion: BaseMotion | None) -> Vector:
         """Torques (n,), Nm; `motion` is the IMU's, of which only the acceleration counts."""
-        held = None if motion is None else replace(motion, omega_rad_s=(0.0, 0.0, 0.0))
+        held = None
+        if motion is not None:
+            held = replace(motion, omega_rad_s=NO_TURN, domega_rad_s2=NO_TURN)
         still = self._still
         estimate = self._estimator.estimate(q_rad, still, still, self._unread, self._none, held)
         return estimate.tau_nm
