@@ -1,10 +1,11 @@
 """When a learner of contact-free dynamics may learn: never while something touches the robot.
 
 An ungated learner takes a push for dynamics: it reports less and less of it, and a ghost of
-opposite sign after the release. The gate closes at once when the residual force exceeds a
-threshold, and opens a while after it has fallen below a lower one. A push that grows slowly is
-learned in part before it reaches the threshold; hence the memory of `ContactSafe`: when the gate
-closes, everything learned in the last seconds is taken back.
+opposite sign after the release. The gate closes at once when the residual exceeds a threshold, and
+opens a while after it has fallen below a lower one. The residual's size is that of its force, or of
+its moment at a lever of 0.2 m where that is more: who twists a limb hardly pushes it. A push that
+grows slowly is learned in part before it reaches the threshold; hence the memory of `ContactSafe`:
+when the gate closes, everything learned in the last seconds is taken back.
 
 What no gate can tell from dynamics: a push that stays below the thresholds, and one that grows so
 slowly that the learner follows it (slower than threshold per memory), as long as the whole of what
@@ -24,6 +25,8 @@ from dforc.errors import ShapeError
 
 StateT = TypeVar("StateT")
 
+TWIST_LEVER_M = 0.2
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GateLimits:
@@ -37,6 +40,12 @@ class GateLimits:
     def __post_init__(self) -> None:
         if not 0 < self.open_n <= self.close_n <= self.model_n or self.quiet < 1:
             raise ShapeError(f"thresholds out of order: {self}")
+
+
+def size_n(wrench: Vector) -> float:
+    """One number for a wrench (6,): its force, or what its moment is at the lever of a twist."""
+    force, moment = np.linalg.norm(wrench[:3]), np.linalg.norm(wrench[3:])
+    return float(max(force, moment / TWIST_LEVER_M))
 
 
 class UpdateGate:
@@ -62,7 +71,7 @@ class UpdateGate:
         """Whether a sample may be learned.
 
         Args:
-            residual_n: norm of measured minus predicted force, before learning.
+            residual_n: size of measured minus predicted wrench, before learning.
             model_n: the same against the rigid-body model alone; 0 where there is none.
             allowance_n: raises both thresholds: the learner may be this wrong, not knowing better.
             touched: skin or contact detection says so.
@@ -154,10 +163,9 @@ class ContactSafe(Generic[StateT]):
             NotFiniteError: NaN or infinity in the sample; nothing was changed.
         """
         rest = finite_vector("rest", rest, 6)
-        residual = rest[:3] - self.learner.predict(x)[:3]
         was_open = self.gate.open
-        residual_n = float(np.linalg.norm(residual))
-        model_n = float(np.linalg.norm(rest[:3]))
+        residual_n = size_n(rest - self.learner.predict(x))
+        model_n = size_n(rest)
         allowance_n = self._unknown_n * self.learner.novelty(x) if self._unknown_n else 0.0
         if self.gate.admit(residual_n, model_n, allowance_n, touched=touched):
             self._remember()

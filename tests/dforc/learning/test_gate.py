@@ -78,6 +78,18 @@ def test_a_step_is_not_eaten() -> None:
     assert 5.0 - safe.predict([0.0])[0] == pytest.approx(5.0, abs=1e-12)
 
 
+def test_a_twist_without_force_is_not_eaten() -> None:
+    """0.5 Nm is 2.5 N at 0.2 m; 0.3 Nm stays below the threshold."""
+    safe, _ = run(0, [])
+    for _ in range(300):
+        safe.update([0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 0.5])
+    assert safe.predict([0.0])[5] == pytest.approx(0.0, abs=1e-12)
+    assert safe.update([0.0], [0.0, 0.0, 0.0, 0.3, 0.0, 0.0]) is False
+    for _ in range(LIMITS.quiet):
+        safe.update([0.0], wrench(0.0))
+    assert safe.update([0.0], [0.0, 0.0, 0.0, 0.3, 0.0, 0.0])
+
+
 def test_without_memory_a_ramp_is_eaten_up_to_the_threshold() -> None:
     ramp = np.linspace(0.0, 5.0, 200)
     safe, _ = run(0, [*ramp, *[5.0] * 100])
