@@ -7,7 +7,7 @@ as the robot file allows.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from dforc.arrays import Matrix, Vector
 from dforc.contacts.detection import ContactDetector
-from dforc.contacts.location import Location, locate
+from dforc.contacts.location import Location, WrenchNoise, locate
 from dforc.contacts.shapes import LinkShapes
 from dforc.contacts.skin import SkinContact
 from dforc.estimation.assumption import Assumption, Contact
@@ -39,6 +39,7 @@ class Evidence(NamedTuple):
     usable: tuple[bool, ...]  # sensors
     excess: Matrix  # (m, 6), measured minus predicted, without the learner's correction
     spread_n: Sequence[float]  # per sensor, of the force that the learner leaves; inf = none does
+    noise: Callable[[int], WrenchNoise]  # of a sensor untouched, beside model and learner
 
 
 @dataclass(slots=True, eq=False)
@@ -136,11 +137,16 @@ class ContactWatch:
             watched.since_ns = now_ns
             watched.found = None
         if watched.detector.touching and (self._looks % LOCATE_EVERY == 0 or watched.found is None):
-            self._locate(watched, wrench, point, estimator)
+            self._locate(watched, wrench, point, evidence.noise(watched.sensor), estimator)
         return self._estimate(watched, wrench, point, estimator)
 
     def _locate(
-        self, watched: _Watched, wrench: Vector, point: Vector, estimator: WholeBodyEstimator
+        self,
+        watched: _Watched,
+        wrench: Vector,
+        point: Vector,
+        noise: WrenchNoise,
+        estimator: WholeBodyEstimator,
     ) -> None:
         """Look for the link; a place that is sure holds until the contact ends or moves."""
         if watched.shapes is None or watched.contact.kind != "wrench":
@@ -150,7 +156,7 @@ class ContactWatch:
         _, origin = estimator.frame_pose(self._body.sensors[watched.sensor].frame)
         moment = wrench[3:] + np.cross(point - origin, wrench[:3])
         posed = watched.shapes.posed_by(estimator.frame_pose)
-        found = locate(wrench[:3], moment, origin, posed)
+        found = locate(wrench[:3], moment, origin, posed, noise)
         if _is_sure(found) or watched.found is None or not _is_sure(watched.found):
             watched.found = found
 

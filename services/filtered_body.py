@@ -4,6 +4,7 @@ All signals pass one filter and so bear one delay; accelerations are known here.
 correction is taken off the readings: a contact is what neither model nor learner explains.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -85,11 +86,12 @@ class FilteredBody:
         estimate = self.estimator.estimate(q, dq, ddq, corrected, np.array(usable), base)
         predicted = estimate.internal
         excess = measured - predicted
-        self.health.add(excess, usable)
         if tasks.is_sweeping:
             tasks.add_pose(predicted, now_ns * NS_TO_S)
-        evidence = Evidence(estimate, usable, excess, correction.spread_n)
+        evidence = Evidence(estimate, usable, excess, correction.spread_n, self.health.noise)
         contacts = self.contacts.look(now_ns, evidence, self.estimator)
+        touched = [self.contacts.is_touched_beyond(i) for i in range(len(usable))]
+        self.health.add(excess, corrected - predicted, usable, touched)
         return Look(
             Contacts(stamp_ns=now_ns, contacts=contacts),
             DynamicsSamples(
@@ -99,13 +101,17 @@ class FilteredBody:
                 dq_rad_s=_floats(dq),
                 ddq_rad_s2=_floats(ddq),
                 delay_s=DELAY_S,
-                sensors=self._samples(measured, predicted, usable),
+                sensors=self._samples(measured, predicted, usable, touched),
             ),
             estimate,
         )
 
     def _samples(
-        self, measured: Matrix, predicted: Matrix, usable: tuple[bool, ...]
+        self,
+        measured: Matrix,
+        predicted: Matrix,
+        usable: Sequence[bool],
+        touched: Sequence[bool],
     ) -> tuple[SensorSample, ...]:
         return tuple(
             SensorSample(
@@ -113,7 +119,7 @@ class FilteredBody:
                 measured=_floats(measured[i]),
                 predicted=_floats(predicted[i]),
                 valid=usable[i],
-                touching=self.contacts.is_touched_beyond(i),
+                touching=touched[i],
             )
             for i, sensor in enumerate(self._body.sensors)
         )

@@ -14,6 +14,7 @@ from tests.services.whole_body import Stand, swing
 
 NO_LOAD = 240
 TAXELS = 192
+WRONG = np.array([1.0, 0.0, 0.0, 0.0, 0.2, 0.0])  # what a wrong mass adds at one place
 
 
 @pytest.fixture(scope="module")
@@ -118,6 +119,38 @@ def test_skin_says_where_the_touch_is() -> None:
     assert estimate.tau_nm == pytest.approx(expected[part.start : part.stop], abs=0.03)
     stand.run(300)
     assert stand.contact("r_arm_ft").location != "skin"
+
+
+def test_a_touch_is_no_part_of_what_the_model_leaves_unexplained(arms: RobotFile) -> None:
+    stand = Stand(arms, pushed="l_hand_dh_frame")
+    stand.calibrate()
+    stand.run(400)
+    for force_n in (0.0, 12.0, 0.0, 5.0, 0.0):
+        stand.push_n = np.array([0.0, force_n, 0.0])
+        stand.run(500)
+    health = stand.health("l_arm_ft")
+    assert np.abs(health.mean).max() < 0.03  # N, Nm; the push was 12 N
+    assert np.array(health.std).max() < 0.02
+
+
+def test_a_place_is_as_uncertain_as_the_model_is_wrong(arms: RobotFile) -> None:
+    stand = Stand(arms, pushed="l_hand_dh_frame")
+    stand.calibrate()
+    turn, _ = stand.model.tip_pose(stand.q_rad)
+    places = []
+    for wrong_n in (0.0, 1.5):
+        stand.push_n = np.zeros(3)
+        stand.offsets["l_arm_ft"] = stand.offsets["l_arm_ft"] + wrong_n * WRONG
+        stand.run(1000)
+        noise = stand.dynamics.filtered.health.noise(0)
+        stand.push_n = turn @ np.array([0.0, 0.0, -15.0])
+        stand.run(300)
+        places.append((noise.force_n, stand.contact("l_arm_ft").location))
+    (sensor_n, sensor_place), (wrong_n, wrong_place) = places
+    assert (sensor_n, sensor_place) == (0.05, "shape")
+    # The mean of 1.5 N in one of three channels, and what two seconds' memory has of it.
+    assert 0.5 < wrong_n < 1.5 / 3.0**0.5
+    assert wrong_place == "unsure"
 
 
 def test_samples_are_what_a_learner_needs(arms: RobotFile) -> None:

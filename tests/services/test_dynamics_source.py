@@ -1,4 +1,4 @@
-"""A robot whose base rocks as the IMU in its head tells, beside the same robot on a rocking joint."""
+"""A robot whose base rocks as an IMU in its head tells, beside the same one on a rocking joint."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -113,7 +113,7 @@ def settled(robot: RobotFile, urdf: Path, rock_rad: float, nod_rad: float) -> Ro
 
 
 def torque_errors(stand: Rocking) -> tuple[float, float]:
-    """RMS over half a period of the torso's torque error, as it is and without angular acceleration.
+    """RMS over half a period of the torso's torque error, and without angular acceleration.
 
     The last is worked out with the service's own estimator from the same inputs.
     """
