@@ -134,7 +134,7 @@ def test_a_touch_is_no_part_of_what_the_model_leaves_unexplained(arms: RobotFile
 
 
 def test_a_place_is_as_uncertain_as_the_model_is_wrong(arms: RobotFile) -> None:
-    stand = Stand(arms, pushed="l_hand_dh_frame")
+    stand = Stand(arms, pushed="l_hand")
     stand.calibrate()
     turn, _ = stand.model.tip_pose(stand.q_rad)
     places = []
@@ -143,7 +143,7 @@ def test_a_place_is_as_uncertain_as_the_model_is_wrong(arms: RobotFile) -> None:
         stand.offsets["l_arm_ft"] = stand.offsets["l_arm_ft"] + wrong_n * WRONG
         stand.run(1000)
         noise = stand.dynamics.filtered.health.noise(0)
-        stand.push_n = turn @ np.array([0.0, 0.0, -15.0])
+        stand.push_n = turn @ np.array([7.0, 0.0, 0.0])
         stand.run(300)
         places.append((noise.force_n, stand.contact("l_arm_ft").location))
     (sensor_n, sensor_place), (wrong_n, wrong_place) = places
