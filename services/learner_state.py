@@ -23,6 +23,7 @@ class SavedRidge(msgspec.Struct, frozen=True, kw_only=True):
     samples: int
     inverse: bytes
     weights: bytes
+    held: bytes
 
 
 class SavedLimb(msgspec.Struct, frozen=True, kw_only=True):
@@ -90,6 +91,7 @@ def saved_ridges(state: LearnerState) -> tuple[SavedRidge, ...]:
             samples=ridge.samples,
             inverse=_bytes(ridge.P),
             weights=_bytes(ridge.W),
+            held=_bytes(ridge.held),
         )
         for ridge in state.ridges
     )
@@ -105,7 +107,9 @@ def learner_state(limb: SavedLimb) -> LearnerState:
     for saved in limb.ridges:
         inverse = _array(saved.inverse, saved.size, saved.size, limb.name)
         weights = _array(saved.weights, saved.size, saved.outputs, limb.name)
-        ridges.append(RidgeState(inverse, weights, saved.regularisation, saved.samples))
+        columns = len(saved.held) // (8 * max(saved.size, 1))
+        held = _array(saved.held, saved.size, columns, limb.name)
+        ridges.append(RidgeState(inverse, weights, saved.regularisation, saved.samples, held))
     return LearnerState(np.array(limb.mean, dtype=np.float64), tuple(ridges))
 
 

@@ -36,6 +36,7 @@ class RidgeState:
     W: Matrix  # (size, outputs), Fortran order
     regularisation: float
     samples: int
+    held: Matrix  # (size, fewer than HELD), Fortran order: what P has yet to take in
 
 
 class RecursiveRidge:
@@ -115,7 +116,8 @@ class RecursiveRidge:
         np.multiply(k, math.sqrt(gain), out=self._K[:, self._held])
         self._held += 1
         if self._held == HELD:
-            self._let_in()
+            self._P = dsyrk(-1.0, self._K, beta=1.0, c=self._P, lower=1, overwrite_c=1)
+            self._held = 0
         self.samples += 1
         return error
 
@@ -146,24 +148,27 @@ class RecursiveRidge:
 
     def definite(self) -> bool:
         """Whether P is positive definite, by a Cholesky factorisation: O(size^3), not per tick."""
-        self._let_in()
-        _, info = lapack.dpotrf(self._P, lower=1)
+        held = self._K[:, : self._held]
+        _, info = lapack.dpotrf(dsyrk(-1.0, held, beta=1.0, c=self._P, lower=1), lower=1)
         return int(info) == 0
 
     def state(self) -> RidgeState:
         """A copy of everything learned."""
-        self._let_in()
         P, W = self._P.copy(order="F"), self._W.copy(order="F")
-        P.setflags(write=False)
-        W.setflags(write=False)
-        return RidgeState(P, W, self.regularisation, self.samples)
+        held = self._K[:, : self._held].copy(order="F")
+        for array in (P, W, held):
+            array.setflags(write=False)
+        return RidgeState(P, W, self.regularisation, self.samples, held)
 
     def require_fitting(self, state: RidgeState) -> None:
         """Refuse what `restore` would refuse."""
         if state.P.shape != self._P.shape or state.W.shape != self._W.shape:
             shapes = state.P.shape, state.W.shape
             raise ShapeError(f"state of shapes {shapes}, expected {self._P.shape, self._W.shape}")
-        if not (np.isfinite(state.P).all() and np.isfinite(state.W).all()):
+        size, held = state.held.shape
+        if size != self.size or held >= HELD:
+            raise ShapeError(f"state holds back {state.held.shape}, fewer than {HELD} expected")
+        if not all(np.isfinite(part).all() for part in (state.P, state.W, state.held)):
             raise NotFiniteError("the state is not finite")
         if not (math.isfinite(state.regularisation) and state.regularisation > 0):
             raise NotFiniteError(f"the state's lambda is {state.regularisation}")
@@ -179,7 +184,8 @@ class RecursiveRidge:
         self.require_fitting(state)
         self._P = state.P.copy(order="F")
         self._W = state.W.copy(order="F")
-        self._held = 0
+        self._held = state.held.shape[1]
+        self._K[:, : self._held] = state.held
         self.regularisation = state.regularisation
         self.samples = state.samples
 
@@ -190,13 +196,6 @@ class RecursiveRidge:
             held = self._K[:, : self._held]
             k = dgemv(-1.0, held, dgemv(1.0, held, phi, trans=1), beta=1.0, y=k, overwrite_y=1)
         return k
-
-    def _let_in(self) -> None:
-        """Take those held back into P."""
-        if self._held:
-            held = self._K[:, : self._held]
-            self._P = dsyrk(-1.0, held, beta=1.0, c=self._P, lower=1, overwrite_c=1)
-            self._held = 0
 
 
 def batch_weights(phi: Matrix, y: Matrix, regularisation: float) -> Matrix:

@@ -68,9 +68,29 @@ def test_samples_that_are_held_back_count_in_all_that_is_asked(held_back: int) -
     P = np.linalg.inv(LAMBDA * np.eye(40) + taken.T @ taken)
     assert learner.variance(phi[-1]) == pytest.approx(phi[-1] @ P @ phi[-1], rel=1e-9)
     np.testing.assert_allclose(learner.weights, solved(taken, y[: len(taken)]), atol=1e-9)
-    state = learner.state().P
-    np.testing.assert_allclose(np.tril(state), np.tril(P), rtol=1e-9, atol=1e-7)
-    assert learner.definite()
+    state = learner.state()
+    whole = state.P - state.held @ state.held.T
+    np.testing.assert_allclose(np.tril(whole), np.tril(P), rtol=1e-9, atol=1e-7)
+
+
+@pytest.mark.parametrize("held_back", [0, 3, HELD - 1])
+def test_looking_at_a_learner_does_not_change_what_it_will_say(held_back: int) -> None:
+    phi, y = samples(4 * HELD, 40)
+    looked_at, left_alone = RecursiveRidge(40, 3, LAMBDA), RecursiveRidge(40, 3, LAMBDA)
+    for i, (features, outputs) in enumerate(zip(phi, y, strict=True)):
+        if i == HELD + held_back:
+            assert looked_at.definite()
+            looked_at.state()
+            looked_at.variance(phi[0])
+        looked_at.update(features, outputs)
+        left_alone.update(features, outputs)
+    np.testing.assert_array_equal(looked_at.weights, left_alone.weights)
+
+
+def test_a_state_that_holds_back_too_much_is_refused() -> None:
+    learner = RecursiveRidge(4, 1, LAMBDA)
+    with pytest.raises(ShapeError, match="holds back"):
+        learner.restore(replace(learner.state(), held=np.zeros((4, HELD))))
 
 
 def test_the_order_of_samples_does_not_matter() -> None:
@@ -150,7 +170,7 @@ def test_an_indefinite_p_is_seen_before_it_does_harm() -> None:
     ridge = RecursiveRidge(2, 1, 1.0)
     state = ridge.state()
     P = np.asfortranarray(np.diag([1.0, -1.0]))
-    ridge.restore(type(state)(P, state.W, 1.0, 5))
+    ridge.restore(replace(state, P=P, samples=5))
     assert not ridge.definite()
     with pytest.raises(NotDefiniteError, match="after 5 samples"):
         ridge.update(np.array([0.0, 1.0]), [1.0])
