@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from dforc.arrays import Matrix
 from services.core.stream import Stream
 from services.messages import Floats, ImpedanceOffset, JointState, TorqueEstimate, Wrench
 from services.model_file import model_path
@@ -63,6 +66,7 @@ class BodySensor:
     contact_off_n: float
     contact_learned_on_n: float
     full_scale: tuple[float, ...]
+    gain: Matrix  # of the robot file, (6, 6)
 
 
 class Body:
@@ -82,6 +86,7 @@ class Body:
                 table.contact_off_n,
                 table.contact_learned_on_n,
                 table.full_scale,
+                np.reshape(table.gain, (6, 6)) if table.gain else np.eye(6),
             )
             for name, table in robot.sensors.items()
         )

@@ -1,11 +1,15 @@
 """Checks of a robot file that one table alone cannot make: references, addresses, signs."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
 
 from services.core.errors import ConfigError
 from services.robot_tables import JointTable, RobotFile
 
 RATED_STREAMS = ("hal", "wrench", "joint_state", "plant_truth")
+MOST_GAIN = 1000.0  # determinant: three times too much in each of six channels
 BOARD_AXES = {"bll": 2, "bll_ie": 2, "bll_dc": 2, "dc4": 4}
 
 
@@ -20,11 +24,25 @@ def check_references(robot: RobotFile) -> None:
         _known(robot, f"sensors.{name}.board", sensor.board, robot.boards)
         if sensor.behind:
             _known(robot, f"sensors.{name}.behind", sensor.behind, robot.joints)
+        check_gain(sensor.gain, robot.path, f"sensors.{name}.gain")
     _check_rates(robot)
     _check_names(robot)
     for name, joint_table in robot.joints.items():
         _check_joint(robot, name, joint_table)
     _check_reach(robot)
+
+
+def check_gain(gain: Sequence[float], path: Path, key: str) -> None:
+    """Refuse what is no matrix, or so far from the identity that no sensor is so wrong."""
+    if not gain:
+        return
+    if len(gain) != 36:
+        raise ConfigError(f"{path}: {key}: has {len(gain)} numbers; six rows of six are needed")
+    size = float(np.linalg.det(np.reshape(np.array(gain, dtype=np.float64), (6, 6))))
+    if not 1.0 / MOST_GAIN <= size <= MOST_GAIN:
+        raise ConfigError(
+            f"{path}: {key}: determinant {size:.2g}; a gain is near the identity, whose is 1"
+        )
 
 
 def _check_names(robot: RobotFile) -> None:

@@ -111,7 +111,7 @@ class DynamicsRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True
     """Something for the dynamics service to do; work that takes time is told in dynamics/health.
 
     calibrate   find the offset of the sensors (none named: all); refused in contact
-    reset       forget offset and gain of the sensors: their limbs get no torque until calibrated
+    reset       forget offset and found gain of the sensors: no torques until calibrated
     assume      value: default, standing, crawling, or custom with `contacts` and `mainstay`
     source      value: base, or the name of an IMU
     identify    value: start, solve or discard; `sensors`: gain matrix and offset from a pose sweep

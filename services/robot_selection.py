@@ -2,12 +2,19 @@
 
 import msgspec
 
+from services.config_checks import check_gain
 from services.config_tables import check_numbers, decode, read_toml
 from services.core.errors import ConfigError
-from services.robot_tables import RobotFile, SiteBoardTable, SiteBusTable, SiteStartTable
+from services.robot_tables import (
+    RobotFile,
+    SiteBoardTable,
+    SiteBusTable,
+    SiteSensorTable,
+    SiteStartTable,
+)
 
 NOTHING_MISSING = {"allow_missing": False}
-SITE_SECTIONS = ("buses", "boards", "start")
+SITE_SECTIONS = ("buses", "boards", "sensors", "start")
 
 
 def split_reference(reference: str) -> tuple[str, str, str]:
@@ -50,7 +57,7 @@ def select(robot: RobotFile, selection: str) -> RobotFile:
 
 
 def at_site(robot: RobotFile, site: str) -> RobotFile:
-    """The robot with the buses and boards of sites/<site>.toml beside its file.
+    """The robot with the buses, boards and sensors of sites/<site>.toml beside its file.
 
     Raises:
         ConfigError: no such site (the known ones are listed), or a key that does not fit.
@@ -79,9 +86,17 @@ def at_site(robot: RobotFile, site: str) -> RobotFile:
             raise ConfigError(f"{path}: boards.{name}: unknown board; known: {', '.join(boards)}")
         board = decode(table, SiteBoardTable, path, f"boards.{name}")
         boards[name] = msgspec.structs.replace(boards[name], simulated=board.simulated)
+    sensors = dict(robot.sensors)
+    for name, table in _tables(raw, "sensors"):
+        if name not in sensors:
+            known = ", ".join(sensors)
+            raise ConfigError(f"{path}: sensors.{name}: unknown sensor; known: {known}")
+        gain = decode(table, SiteSensorTable, path, f"sensors.{name}").gain
+        check_gain(gain, path, f"sensors.{name}.gain")
+        sensors[name] = msgspec.structs.replace(sensors[name], gain=gain)
     start = decode(raw.get("start", NOTHING_MISSING), SiteStartTable, path, "start")
     return msgspec.structs.replace(
-        robot, buses=buses, boards=boards, allow_missing=start.allow_missing
+        robot, buses=buses, boards=boards, sensors=sensors, allow_missing=start.allow_missing
     )
 
 

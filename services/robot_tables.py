@@ -67,6 +67,12 @@ class SiteBoardTable(Strict, frozen=True, kw_only=True):
     simulated: bool
 
 
+class SiteSensorTable(Strict, frozen=True, kw_only=True):
+    """[sensors.<name>] of a site file: what `ulna dynamics identify` found of this very sensor."""
+
+    gain: tuple[float, ...]
+
+
 class SensorTable(Strict, frozen=True, kw_only=True):
     """[sensors.<name>]: an FT sensor."""
 
@@ -78,6 +84,7 @@ class SensorTable(Strict, frozen=True, kw_only=True):
     contact_off_n: float = 2.5  # and ends
     contact_learned_on_n: float = 2.5  # it begins at best, where a learner takes off what is not
     full_scale: tuple[float, float, float, float, float, float]
+    gain: tuple[float, ...] = ()  # what a reading is multiplied with, 36 numbers by rows; () = one
 
 
 class VirtualSensorTable(Strict, frozen=True, kw_only=True):

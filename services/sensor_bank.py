@@ -43,9 +43,10 @@ class SensorBank:
             for sensor in sensors
         )
         self._heard_ns = [NEVER_NS] * count
-        self._offset: Matrix = np.zeros((count, 6))
-        self._gain: Matrix = np.tile(np.eye(6), (count, 1, 1))
-        self._plain = True  # every gain is the identity
+        self._first_gains = tuple(sensor.gain for sensor in sensors)
+        for channel, gain in zip(self.channels, self._first_gains, strict=True):
+            channel.set_matrix(gain)
+        self._compensate()
         self._sum: Matrix = np.zeros((count, 6))  # of the good readings since the last filtered()
         self._count = [0] * count
         self._instants_s = [0.0] * count
@@ -123,16 +124,18 @@ class SensorBank:
         self._compensate()
 
     def forget(self, sensor: int) -> None:
-        """Neither offset nor gain is known any more."""
+        """The offset is not known any more, and the gain is the robot file's again."""
         self.channels[sensor].set_offset(np.zeros(6))
-        self.channels[sensor].set_matrix(np.eye(6))
+        self.channels[sensor].set_matrix(self._first_gains[sensor])
         self.calibrated[sensor] = False
         self._compensate()
 
     def _compensate(self) -> None:
-        self._offset = np.array([channel.offset for channel in self.channels])
-        self._gain = np.array([channel.matrix for channel in self.channels])
-        self._plain = bool((self._gain == np.eye(6)).all())
+        self._offset: Matrix = np.array([channel.offset for channel in self.channels])
+        self._gain: Matrix = np.array([channel.matrix for channel in self.channels])
+        self._plain = bool(  # every gain is the identity
+            (self._gain == np.eye(6)).all()
+        )
 
     def _watch(self, sensor: int, now_ns: int, reading: Wrench | None) -> bool:
         """Judge the newest reading and take it in if it is good; whether the sensor is."""

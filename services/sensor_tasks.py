@@ -169,7 +169,7 @@ class SensorTasks:
             self._sweeps.pop(i, None)
 
     def reset(self, names: Sequence[str]) -> None:
-        """Forget offset and gain, and end what is under way."""
+        """Forget offsets and found gains, and end what is under way."""
         for i in self.chosen(names):
             self._calibrations.cancel(self._names[i])
             self._sweeps.pop(i, None)

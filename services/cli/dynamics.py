@@ -1,6 +1,7 @@
 """`ulna dynamics`: what the whole-body dynamics of a running stack sees, and requests to it."""
 
 import sys
+from pathlib import Path
 
 import msgspec
 from rich.console import Console
@@ -8,8 +9,14 @@ from rich.console import Console
 from services.cli.complaint import complain
 from services.cli.dynamics_client import DynamicsClient
 from services.cli.dynamics_sweep import MOVES, sweep_limb
-from services.cli.dynamics_tables import contact_table, model_table, sensor_table, silent_lines
-from services.core.errors import ServiceError
+from services.cli.dynamics_tables import (
+    contact_table,
+    gain_table,
+    model_table,
+    sensor_table,
+    silent_lines,
+)
+from services.core.errors import ConfigError, ServiceError
 from services.dynamics_messages import AssumedContact, DynamicsRequest
 from services.streams import DYNAMICS_HEALTH, DYNAMICS_MODELS, EXTERNAL
 
@@ -80,7 +87,7 @@ def dynamics_calibrate(*sensors: str, samples: int = 200, stack: str = "icub") -
 
 
 def dynamics_reset(*sensors: str, stack: str = "icub") -> int:
-    """Forget offset and gain of FT sensors, all or those named: their limbs get no torques then.
+    """Forget offset and found gain of FT sensors, all or those named: their limbs get no torques.
 
     Example: ulna dynamics reset r_arm_ft
 
@@ -138,18 +145,27 @@ def dynamics_source(source: str, /, *, stack: str = "icub") -> int:
 
 
 def dynamics_identify(
-    sensor: str, /, *, moves: int = MOVES, degrees: float = 20.0, stack: str = "icub"
+    sensor: str,
+    /,
+    *,
+    moves: int = MOVES,
+    degrees: float = 20.0,
+    out: Path | None = None,
+    stack: str = "icub",
 ) -> int:
     """Find the gain matrix and offset of one FT sensor while its limb moves slowly, free of touch.
 
-    The limb goes through postures about the one that it is in, in position mode, and back.
+    The limb goes through postures about the one that it is in, in position mode, and back. Both
+    hold until the stack ends; the table that is printed, put into the robot file or a site file,
+    keeps the gain.
 
-    Example: ulna dynamics identify r_arm_ft --degrees 15
+    Example: ulna dynamics identify r_arm_ft --degrees 15 --out r_arm_ft.toml
 
     Args:
         sensor: name of a sensor.
         moves: postures to go to; each takes two seconds or more.
         degrees: how far each joint goes to either side at most, inside its limits.
+        out: file to write that table to as well.
         stack: name of the running stack.
 
     Returns:
@@ -164,13 +180,28 @@ def dynamics_identify(
             except BaseException:
                 client.ask(_sweep(sensor, "discard"))
                 raise
-            return 0 if client.ask(_sweep(sensor, "solve")) else REFUSED
+            if not client.ask(_sweep(sensor, "solve")):
+                return REFUSED
+            client.wait_for(DYNAMICS_HEALTH)  # may have been on its way before the request
+            health = client.wait_for(DYNAMICS_HEALTH)
+            table = next(gain_table(s.name, s.gain) for s in health.sensors if s.name == sensor)
+            print(table)
+            if out is not None:
+                _write(out, table)
     except ServiceError as error:
         return _complain(error)
+    return 0
 
 
 def _sweep(sensor: str, stage: str) -> DynamicsRequest:
     return DynamicsRequest(action="identify", sensors=(sensor,), value=stage)
+
+
+def _write(path: Path, text: str) -> None:
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise ConfigError(f"cannot write {path}: {error.strerror}") from error
 
 
 def _request(request: DynamicsRequest, stack: str) -> int:

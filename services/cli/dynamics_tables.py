@@ -1,4 +1,4 @@
-"""What `ulna dynamics status` prints."""
+"""What `ulna dynamics` prints."""
 
 import math
 from collections.abc import Sequence
@@ -69,6 +69,13 @@ def model_table(models: DynamicsModels) -> Table:
             f"{sub.residual_n:.2f}",
         )
     return table
+
+
+def gain_table(sensor: str, gain: Sequence[float]) -> str:
+    """A sensor's gain matrix as a robot file or a site file has it."""
+    rows = [gain[i : i + 6] for i in range(0, 36, 6)]
+    lines = [f"    {', '.join(f'{value:.6f}' for value in row)}," for row in rows]
+    return "\n".join([f"[sensors.{sensor}]", "gain = [", *lines, "]", ""])
 
 
 def _wrench(values: Sequence[float]) -> str:

@@ -65,8 +65,12 @@ def test_a_sensor_is_calibrated_identified_learned_and_reset(
         assert verb("status") == 0
         assert "no torques" not in capsys.readouterr().out
 
-        assert verb("identify", "r_arm_ft", "--moves", "5", "--degrees", "30") == 0
-        assert "of 6 directions" in capsys.readouterr().out
+        out = tmp_path / "gain.toml"
+        sweep = ("--moves", "5", "--degrees", "30", "--out", str(out))
+        assert verb("identify", "r_arm_ft", *sweep) == 0
+        printed = capsys.readouterr().out
+        assert "of 6 directions" in printed
+        assert out.read_text(encoding="utf-8") in printed
 
         state = tmp_path / "arm.state"
         assert learner("status") == 0

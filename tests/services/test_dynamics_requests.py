@@ -1,5 +1,6 @@
 """Requests to the dynamics service: each does what it says, to what it names and nothing else."""
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -315,6 +316,24 @@ def test_a_pose_sweep_finds_gain_and_offset(arms: RobotFile) -> None:
     # Up to 40 % of a limb's 15 N were wrong.
     assert np.abs(health.mean[:3]).max() < 0.1
     assert np.abs(health.std[:3]).max() < 0.15
+
+
+def test_gains_of_the_robot_file_hold_from_the_start_and_after_a_reset(arms: RobotFile) -> None:
+    gain = np.diag([0.6, 1.4, 1.1, 0.9, 1.2, 0.8])
+    sensor = msgspec.structs.replace(arms.sensors["l_arm_ft"], gain=tuple(gain.ravel().tolist()))
+    known = msgspec.structs.replace(arms, sensors={**arms.sensors, "l_arm_ft": sensor})
+    stand = Stand(known)
+    stand.gains = {"l_arm_ft": gain}
+    stand.calibrate()
+    assert stand.dynamics.bank.channels[0].offset == pytest.approx(OFFSET, abs=LEVEL_N)
+    assert stand.ask("reset").ok
+    stand.calibrate()
+    stand.run(20)
+    assert stand.health("l_arm_ft").gain == tuple(gain.ravel().tolist())
+    assert stand.health("r_arm_ft").gain == ()
+    part = next(part for part in stand.body.parts if part.name == "left_arm")
+    estimate = stand.bench.last(LEFT).tau_nm
+    assert estimate[:5] == pytest.approx(stand.tau_nm()[part.start : part.start + 5], abs=0.03)
 
 
 def test_a_sweep_without_motion_is_refused_and_goes_on(stand: Stand) -> None:

@@ -123,3 +123,20 @@ def test_every_bus_of_the_real_site_is_real() -> None:
     robot = load_robot("icub@real")
     assert not any(map(robot.is_simulated, robot.boards))
     assert [bus.channel for bus in robot.buses.values()] == [f"can{n}" for n in range(10)]
+
+
+@pytest.mark.parametrize(
+    ("site", "why"),
+    [
+        ("[sensors.nose]\ngain = []\n", "sensors.nose: unknown sensor; known: l_arm_ft"),
+        ("[sensors.r_arm_ft]\nframe = 'x'\n", "sensors.r_arm_ft.frame: unknown key; allowed: gain"),
+        ("[sensors.r_arm_ft]\ngain = [1.0, 2.0]\n", "has 2 numbers; six rows of six are needed"),
+        (f"[sensors.r_arm_ft]\ngain = {[0.0] * 36}\n", "sensors.r_arm_ft.gain: determinant 0;"),
+        ("[sensors.r_arm_ft]\ngain = ['a']\n", "sensors.r_arm_ft.gain[0]: expected `float`"),
+    ],
+)
+def test_a_gain_that_is_none_is_refused(tmp_path: Path, site: str, why: str) -> None:
+    with pytest.raises(ConfigError) as refusal:
+        load_robot(at(tmp_path, site))
+    assert "lab.toml" in str(refusal.value)
+    assert why in str(refusal.value)

@@ -1,10 +1,19 @@
 """`ulna dynamics`: its tables, its postures, and one sentence for what cannot be done."""
 
+import tomllib
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from services.cli.dynamics_sweep import posture
-from services.cli.dynamics_tables import contact_table, model_table, sensor_table, silent_lines
+from services.cli.dynamics_tables import (
+    contact_table,
+    gain_table,
+    model_table,
+    sensor_table,
+    silent_lines,
+)
 from services.cli.main import main
 from services.config import load_robot
 from services.dynamics_messages import (
@@ -83,6 +92,20 @@ def test_a_sub_model_is_shown_with_unknowns_rank_and_residual() -> None:
     row = [next(iter(column.cells)) for column in table.columns]
     assert row == ["a, b", "x ... z", "12", "6", "0.50"]
     assert "custom, not held" in str(table.title)
+
+
+def test_a_gain_is_printed_as_a_site_file_takes_it(tmp_path: Path) -> None:
+    gain = np.eye(6)
+    gain[0, 0], gain[2, 5] = 1.25, -0.0375
+    table = gain_table("r_arm_ft", gain.ravel().tolist())
+    assert tomllib.loads(table) == {"sensors": {"r_arm_ft": {"gain": gain.ravel().tolist()}}}
+    (tmp_path / "sites").mkdir()
+    (tmp_path / "sites" / "lab.toml").write_text(table, encoding="utf-8")
+    text = load_robot("icub").path.read_text(encoding="utf-8")
+    (tmp_path / "robot.toml").write_text(text, encoding="utf-8")
+    robot = load_robot(f"{tmp_path / 'robot.toml'}:arms@lab")
+    assert robot.sensors["r_arm_ft"].gain == tuple(gain.ravel().tolist())
+    assert robot.sensors["l_arm_ft"].gain == ()
 
 
 def test_postures_of_a_sweep_differ_and_stay_inside_the_limits() -> None:
