@@ -9,10 +9,17 @@ custom     what the request lists
 from dataclasses import replace
 
 from dforc.errors import DforcError
-from dforc.estimation.assumption import Assumption, Contact, Kind, crawling, standing
+from dforc.estimation.assumption import (
+    Assumption,
+    Contact,
+    Kind,
+    KnownWrench,
+    crawling,
+    standing,
+)
 from services.body import Body
 from services.core.errors import ServiceError
-from services.dynamics_messages import AssumedContact, DynamicsRequest
+from services.dynamics_messages import AssumedContact, DynamicsRequest, KnownLoad
 
 BASE = "base"  # the kinematic source of a robot whose base stands still
 SETS = ("default", "standing", "crawling", "custom")
@@ -33,8 +40,14 @@ def requested_assumption(body: Body, request: DynamicsRequest, source: str) -> A
     """What a request of action `assume` means; `source` is the frame in force.
 
     Raises:
-        AssumptionRefusedError: no such set, frame or kind, or crawling without an IMU.
+        AssumptionRefusedError: no such set, frame or kind, a load that is not finite, or crawling
+            without an IMU.
     """
+    known = tuple(_known(body, load) for load in request.known)
+    return replace(_named_set(body, request, source), known=known)
+
+
+def _named_set(body: Body, request: DynamicsRequest, source: str) -> Assumption:
     if request.value == "default":
         return replace(default_assumption(body), source=source)
     if request.value == "standing":
@@ -46,8 +59,8 @@ def requested_assumption(body: Body, request: DynamicsRequest, source: str) -> A
     if request.value == "custom":
         contacts = tuple(_contact(body, contact) for contact in request.contacts)
         return Assumption(contacts=contacts, source=source, mainstay=request.mainstay)
-    known = ", ".join(SETS)
-    raise AssumptionRefusedError(f"no set of contacts {request.value!r}; there are: {known}")
+    sets = ", ".join(SETS)
+    raise AssumptionRefusedError(f"no set of contacts {request.value!r}; there are: {sets}")
 
 
 def requested_source(body: Body, name: str) -> str:
@@ -74,6 +87,14 @@ def _of_these_limbs(body: Body, assumption: Assumption) -> Assumption:
     moving = set(body.joints)
     kept = tuple(c for c in assumption.contacts if moving & set(body.tree.joints_above(c.frame)))
     return replace(assumption, contacts=kept)
+
+
+def _known(body: Body, load: KnownLoad) -> KnownWrench:
+    try:
+        body.tree.link_of(load.frame)
+        return KnownWrench(frame=load.frame, wrench=load.wrench, point_m=load.point_m)
+    except (DforcError, ServiceError) as error:
+        raise AssumptionRefusedError(str(error)) from error
 
 
 def _contact(body: Body, asked: AssumedContact) -> Contact:

@@ -32,6 +32,7 @@ from services.filtered_body import FilteredBody
 from services.gravity_torques import GravityTorques
 from services.joint_bank import JointBank
 from services.kinematic_source import KinematicSource
+from services.known_loads import KnownLoads
 from services.learned_correction import Correction
 from services.messages import ImpedanceOffset, TorqueEstimate
 from services.rates import Rates
@@ -73,8 +74,11 @@ class Dynamics(Service):
         self.source = KinematicSource(body)
         self.correction = Correction(body.sensors)
         self.skin = SkinWatch(robot, body)
+        self.loads = KnownLoads(body)
         shapes = link_shapes(robot)
-        self.filtered = FilteredBody(body, model, self.assumption, self.bank, shapes, self.skin)
+        self.filtered = FilteredBody(
+            body, model, self.assumption, self.bank, shapes, self.skin, self.loads
+        )
         self.gate = TorqueGate(body, self.assumption, self.bank, self.joints, self.source)
         self.estimator = WholeBodyEstimator(model, self.assumption)
         self.refused = 0  # estimates that could not be made
@@ -130,6 +134,7 @@ class Dynamics(Service):
         self.filtered.estimator.assume(assumption)
         self.filtered.contacts.assume(assumption)
         self.gate.assume(assumption)
+        self.loads.use(assumption.known)
         if assumption.source != self.source.frame:
             self.source.use(assumption.source)
             self._gravity.use(assumption.source)
@@ -169,7 +174,8 @@ class Dynamics(Service):
         if self.tasks.is_calibrating:
             fastest = float(np.abs(joints.dq_rad_s).max())
             touched = self.filtered.contacts.is_touched
-            self.tasks.add_readings(estimate.internal, fastest, self.gate.heard, touched)
+            internal = self.loads.added_to(estimate.internal, self.estimator)
+            self.tasks.add_readings(internal, fastest, self.gate.heard, touched)
 
     def _look(self, now_ns: int, outputs: Outputs) -> None:
         self._looks += 1

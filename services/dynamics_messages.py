@@ -65,6 +65,14 @@ class SubModelStatus(msgspec.Struct, frozen=True, kw_only=True, array_like=True)
     residual: Floats = ()  # whole, force then moment
 
 
+class KnownLoad(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """A wrench of the world on the robot that is known, such as what a hand holds."""
+
+    frame: str  # link or frame of the model; its axes
+    wrench: tuple[float, float, float, float, float, float]  # moment about the point
+    point_m: Vector3 = (0.0, 0.0, 0.0)  # in that frame
+
+
 class DynamicsModels(Message, frozen=True, kw_only=True):
     """What the estimate assumes, piece by piece, and the robot as a whole."""
 
@@ -75,6 +83,7 @@ class DynamicsModels(Message, frozen=True, kw_only=True):
     base_wrench: Floats = ()  # on the base, about its origin
     centre_of_mass_m: Vector3 = NAN3  # base frame
     mass_kg: float = 0.0
+    known: tuple[KnownLoad, ...] = ()
 
 
 class SensorSample(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
@@ -82,7 +91,7 @@ class SensorSample(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
 
     name: str
     measured: Floats  # offset and gain removed
-    predicted: Floats  # if nothing touched the robot; without the learner's correction
+    predicted: Floats  # if nothing but known loads touched the robot; without the learner's word
     valid: bool
     touching: bool  # something acts on the limb beyond, by the detector of `contacts`
 
@@ -112,7 +121,8 @@ class DynamicsRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True
 
     calibrate   find the offset of the sensors (none named: all); refused in contact
     reset       forget offset and found gain of the sensors: no torques until calibrated
-    assume      value: default, standing, crawling, or custom with `contacts` and `mainstay`
+    assume      value: default, standing, crawling, or custom with `contacts` and `mainstay`; with
+                what is `known` to act on the robot, none named: nothing
     source      value: base, or the name of an IMU
     identify    value: start, solve or discard; `sensors`: gain matrix and offset from a pose sweep
     """
@@ -123,6 +133,7 @@ class DynamicsRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True
     samples: int = 200
     contacts: tuple[AssumedContact, ...] = ()
     mainstay: bool = True
+    known: tuple[KnownLoad, ...] = ()
 
 
 class LearnedWrench(msgspec.Struct, frozen=True, kw_only=True, array_like=True):

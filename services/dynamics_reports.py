@@ -7,7 +7,7 @@ import numpy as np
 
 from dforc.estimation.estimate import BodyEstimate
 from services.assumed_contacts import source_name
-from services.dynamics_messages import DynamicsHealth, DynamicsModels, SubModelStatus
+from services.dynamics_messages import DynamicsHealth, DynamicsModels, KnownLoad, SubModelStatus
 from services.messages import DynamicsStatus, Floats, Vector3
 from services.robot_tables import RobotFile
 
@@ -85,6 +85,10 @@ class Reports:
             base_wrench=_floats(estimate.base_wrench),
             centre_of_mass_m=_vector3(estimator.centre_of_mass(dynamics.joints.q_rad)),
             mass_kg=float(estimator.model.mass.sum()),
+            known=tuple(
+                KnownLoad(frame=load.frame, wrench=load.wrench, point_m=load.point_m)
+                for load in dynamics.assumption.known
+            ),
         )
 
     def _external(self, estimate: BodyEstimate) -> tuple[Vector3, Vector3]:

@@ -20,6 +20,7 @@ from services.body import Body
 from services.contact_watch import ContactWatch, Evidence
 from services.dynamics_messages import Contacts, DynamicsSamples, SensorSample
 from services.kinematic_source import KinematicSource
+from services.known_loads import KnownLoads
 from services.learned_correction import Correction
 from services.messages import Floats
 from services.sensor_bank import SensorBank
@@ -49,12 +50,14 @@ class FilteredBody:
         bank: SensorBank,
         shapes: LinkShapes,
         skin: SkinWatch,
+        loads: KnownLoads,
     ) -> None:
         self.contacts = ContactWatch(body, shapes, skin)
         self.health = HealthFigures(body.sensors)
         self.estimator = WholeBodyEstimator(model, assumption)
         self._body = body
         self._bank = bank
+        self._loads = loads
         self._motion = MatchedMotion(model.n)
         self._joints = model.joints
         self.contacts.assume(assumption)
@@ -84,7 +87,7 @@ class FilteredBody:
         usable = tuple([r and h for r, h in zip(ready, heard, strict=True)])
         corrected = measured - correction.wrenches
         estimate = self.estimator.estimate(q, dq, ddq, corrected, np.array(usable), base)
-        predicted = estimate.internal
+        predicted = self._loads.added_to(estimate.internal, self.estimator)
         excess = measured - predicted
         if tasks.is_sweeping:
             tasks.add_pose(predicted, now_ns * NS_TO_S)

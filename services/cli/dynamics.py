@@ -12,12 +12,13 @@ from services.cli.dynamics_sweep import MOVES, sweep_limb
 from services.cli.dynamics_tables import (
     contact_table,
     gain_table,
+    known_lines,
     model_table,
     sensor_table,
     silent_lines,
 )
 from services.core.errors import ConfigError, ServiceError
-from services.dynamics_messages import AssumedContact, DynamicsRequest
+from services.dynamics_messages import AssumedContact, DynamicsRequest, KnownLoad
 from services.streams import DYNAMICS_HEALTH, DYNAMICS_MODELS, EXTERNAL
 
 FAILED = 2
@@ -45,6 +46,8 @@ def dynamics_status(*, stack: str = "icub") -> int:
             models = client.newest(DYNAMICS_MODELS)
             if models is not None:
                 console.print(model_table(models))
+                for line in known_lines(models):
+                    print(line)
             contacts = client.newest(EXTERNAL)
             if contacts is not None:
                 console.print(contact_table(contacts))
@@ -102,19 +105,27 @@ def dynamics_reset(*sensors: str, stack: str = "icub") -> int:
 
 
 def dynamics_assume(
-    contacts: str, /, *frames: str, hanging: bool = False, stack: str = "icub"
+    contacts: str,
+    /,
+    *frames: str,
+    known: tuple[str, ...] = (),
+    hanging: bool = False,
+    stack: str = "icub",
 ) -> int:
-    """Say where the world may touch the robot.
+    """Say where the world may touch the robot, and what is known to act on it.
 
     default: one contact beyond each sensor. standing: hands and feet. crawling: wrists and knees,
     moving with the IMU. custom: the frames that follow, each `frame`, `frame=force` or
     `frame=wrench`.
 
-    Example: ulna dynamics assume custom l_hand r_forearm=force
+    Example: ulna dynamics assume custom l_hand r_forearm=force --known r_hand=0,0,-3
 
     Args:
         contacts: default, standing, crawling or custom.
         frames: of custom, links or frames of the model.
+        known: a load as `frame=fx,fy,fz` or `frame=fx,fy,fz,mx,my,mz` in N and Nm, in the axes of a
+            link or frame and about its origin, or about a point of it as `frame@x,y,z=...` in m;
+            may be repeated. Default: none, and those of before are forgotten.
         hanging: custom: nothing holds the base.
         stack: name of the running stack.
 
@@ -123,8 +134,12 @@ def dynamics_assume(
     """
     pairs = [frame.partition("=") for frame in frames]
     listed = tuple(AssumedContact(frame=f, kind=kind or "wrench") for f, _, kind in pairs)
+    try:
+        loads = tuple(known_load(text) for text in known)
+    except ServiceError as error:
+        return _complain(error)
     request = DynamicsRequest(
-        action="assume", value=contacts, contacts=listed, mainstay=not hanging
+        action="assume", value=contacts, contacts=listed, mainstay=not hanging, known=loads
     )
     return _request(request, stack)
 
@@ -191,6 +206,29 @@ def dynamics_identify(
     except ServiceError as error:
         return _complain(error)
     return 0
+
+
+def known_load(text: str) -> KnownLoad:
+    """A load as it is written on a command line.
+
+    Raises:
+        ConfigError: it is written otherwise.
+    """
+    place, _, numbers = text.partition("=")
+    frame, _, point = place.partition("@")
+    try:
+        x, y, z = _floats(point or "0,0,0")
+        fx, fy, fz, *moment = _floats(numbers)
+        mx, my, mz = moment or (0.0, 0.0, 0.0)
+    except ValueError as error:
+        raise ConfigError(
+            f"{text!r} is no load: frame=fx,fy,fz or frame@x,y,z=fx,fy,fz,mx,my,mz"
+        ) from error
+    return KnownLoad(frame=frame, wrench=(fx, fy, fz, mx, my, mz), point_m=(x, y, z))
+
+
+def _floats(text: str) -> list[float]:
+    return [float(number) for number in text.split(",")]
 
 
 def _sweep(sensor: str, stage: str) -> DynamicsRequest:

@@ -51,6 +51,15 @@ def contact_table(contacts: Contacts) -> Table:
     return table
 
 
+def known_lines(models: DynamicsModels) -> list[str]:
+    """What is known to act on the robot."""
+    return [
+        f"known: {_numbers(load.wrench[:3], 2)} N | {_numbers(load.wrench[3:], 3)} Nm at "
+        f"{load.frame} {_numbers(load.point_m, 3)} m"
+        for load in models.known
+    ]
+
+
 def model_table(models: DynamicsModels) -> Table:
     """A row for each sub-model."""
     held = "held at the base" if models.mainstay else "not held"

@@ -1,16 +1,20 @@
 """Requests to the dynamics service: each does what it says, to what it names and nothing else."""
 
+import math
+
 import msgspec
 import numpy as np
 import pytest
 
 from services.config import load_robot
-from services.dynamics_messages import AssumedContact, DynamicsRequest
+from services.dynamics_messages import AssumedContact, DynamicsRequest, KnownLoad
 from services.messages import Imu
 from services.robot_tables import RobotFile
 from services.streams import (
     DYNAMICS_MODELS,
+    DYNAMICS_SAMPLES,
     DYNAMICS_STATUS,
+    EXTERNAL,
     IMPEDANCE_OFFSET,
     IMU,
     TORQUE_ESTIMATE,
@@ -195,6 +199,22 @@ def test_an_unknown_sensor_is_refused_with_the_known_ones(
         (
             DynamicsRequest(
                 action="assume",
+                value="default",
+                known=(KnownLoad(frame="tail", wrench=(0.0,) * 6),),
+            ),
+            "no link or frame 'tail'",
+        ),
+        (
+            DynamicsRequest(
+                action="assume",
+                value="default",
+                known=(KnownLoad(frame="l_hand", wrench=(math.nan, *(0.0,) * 5)),),
+            ),
+            "known wrench at l_hand: expected 6 finite numbers",
+        ),
+        (
+            DynamicsRequest(
+                action="assume",
                 value="custom",
                 contacts=(AssumedContact(frame="l_hand", kind="kiss"),),
             ),
@@ -232,6 +252,43 @@ def test_custom_contacts_take_the_place_of_the_default_ones(stand: Stand) -> Non
         ("r_arm_ft", 0),
     ]
     assert stand.contact("l_arm_ft").link == "l_forearm"
+
+
+@pytest.mark.parametrize("contacts", ["default", "standing"])
+def test_a_known_load_is_no_contact_no_error_and_no_offset(arms: RobotFile, contacts: str) -> None:
+    stand = Stand(arms, pushed="l_hand")
+    stand.calibrate()
+    turn, _ = stand.model.tip_pose(stand.q_rad)
+    load = KnownLoad(frame="l_hand", wrench=(6.0, -8.0, 4.0, 0.0, 0.0, 0.0))
+    request = DynamicsRequest(action="assume", value=contacts, known=(load,))
+    assert stand.request(request).ok
+    stand.push_n = turn @ np.array(load.wrench[:3])
+    stand.run(300)
+    first = len(stand.bench.sent(EXTERNAL))
+    stand.run(400)
+    looks = stand.bench.sent(EXTERNAL)[first:]
+    assert not any(contact.touching for look in looks for contact in look.contacts)
+    assert np.abs(stand.contact("l_arm_ft").force_n).max() < 0.1
+    samples = stand.bench.last(DYNAMICS_SAMPLES).sensors[0]
+    assert samples.measured == pytest.approx(samples.predicted, abs=0.05)
+    part = next(part for part in stand.body.parts if part.name == "left_arm")
+    tau_nm = stand.bench.last(LEFT).tau_nm
+    assert tau_nm == pytest.approx(part.to_stream(stand.tau_nm().tolist()), abs=0.03)
+    assert stand.bench.last(DYNAMICS_MODELS).known == (load,)
+    assert stand.ask("calibrate").ok
+    stand.run(120)
+    assert stand.dynamics.bank.channels[0].offset == pytest.approx(OFFSET, abs=LEVEL_N)
+
+
+def test_loads_are_forgotten_with_the_next_assumption(stand: Stand) -> None:
+    load = KnownLoad(frame="l_hand", wrench=(0.0, 0.0, -10.0, 0.0, 0.0, 0.0))
+    assert stand.request(DynamicsRequest(action="assume", value="default", known=(load,))).ok
+    stand.run(200)
+    assert stand.contact("l_arm_ft").touching  # of the load that is not there
+    assert stand.ask("assume", value="default").ok
+    stand.run(200)
+    assert not stand.contact("l_arm_ft").touching
+    assert stand.bench.last(DYNAMICS_MODELS).known == ()
 
 
 def test_two_wrenches_on_one_arm_cannot_be_told_apart_and_silence_it(stand: Stand) -> None:

@@ -3,13 +3,16 @@
 import tomllib
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
+from services.cli.dynamics import known_load
 from services.cli.dynamics_sweep import posture
 from services.cli.dynamics_tables import (
     contact_table,
     gain_table,
+    known_lines,
     model_table,
     sensor_table,
     silent_lines,
@@ -21,6 +24,7 @@ from services.dynamics_messages import (
     Contacts,
     DynamicsHealth,
     DynamicsModels,
+    KnownLoad,
     SensorHealth,
     SubModelStatus,
 )
@@ -88,10 +92,31 @@ def test_a_sub_model_is_shown_with_unknowns_rank_and_residual() -> None:
     models = DynamicsModels(
         stamp_ns=0, assumption="custom", source="base", mainstay=False, sub_models=(sub,)
     )
+    load = KnownLoad(frame="r_hand", wrench=(0, 0, -3, 0, 0.1, 0), point_m=(0, 0, 0.05))
+    known = msgspec.structs.replace(models, known=(load,))
+    assert known_lines(known) == [
+        "known: 0.00 0.00 -3.00 N | 0.000 0.100 0.000 Nm at r_hand 0.000 0.000 0.050 m"
+    ]
+    assert known_lines(models) == []
     table = model_table(models)
     row = [next(iter(column.cells)) for column in table.columns]
     assert row == ["a, b", "x ... z", "12", "6", "0.50"]
     assert "custom, not held" in str(table.title)
+
+
+def test_a_load_is_read_as_force_and_moment_at_a_point() -> None:
+    assert known_load("r_hand=0,0,-3") == KnownLoad(frame="r_hand", wrench=(0, 0, -3, 0, 0, 0))
+    assert known_load("r_hand@0.1,0,-.02=1,2,3,4,5,6") == KnownLoad(
+        frame="r_hand", wrench=(1, 2, 3, 4, 5, 6), point_m=(0.1, 0, -0.02)
+    )
+
+
+@pytest.mark.parametrize("text", ["r_hand", "r_hand=1,2", "r_hand=1,2,3,4", "r_hand@1=0,0,1", "=a"])
+def test_a_load_that_is_none_is_refused_with_how_to_write_one(
+    text: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["dynamics", "assume", "default", "--known", text]) == 2
+    assert f"{text!r} is no load: frame=fx,fy,fz" in capsys.readouterr().err
 
 
 def test_a_gain_is_printed_as_a_site_file_takes_it(tmp_path: Path) -> None:
