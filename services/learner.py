@@ -10,6 +10,7 @@ A live learner writes its state every half minute and at its end, and begins wit
 """
 
 import logging
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -65,14 +66,15 @@ class Learner(Service):
         self._columns: dict[str, np.ndarray[tuple[int], np.dtype[np.intp]]] = {}
         self._joints: tuple[str, ...] = ()
         self._frozen = False
-        self._others: tuple[SavedLimb, ...] = ()  # of the file, of sensors that are not in use
+        # Of files: sensors that are not in use, or learned over other joints. They are kept.
+        self._others: dict[tuple[str, tuple[str, ...]], SavedLimb] = {}
         self._snapshot = ""
         self._reason = ""
         self._count = 0
         self._next_status_ns = 0
         self._next_save_ns: int | None = None
         if state_file is not None and state_file.exists():
-            self._reason = self._restore(state_file)
+            self._begin_with(state_file)
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
         """Answer the newest samples, then learn from them."""
@@ -164,14 +166,21 @@ class Learner(Service):
                     ridges=saved_ridges(state),
                 )
             )
-        limbs += self._others
+        ours = {(limb.name, limb.joints) for limb in limbs}
+        limbs += [limb for key, limb in self._others.items() if key not in ours]
         try:
             write(path, SavedLearner(version=VERSION, robot=self._robot, limbs=tuple(limbs)))
         except StateFileError as error:
             self._reason = str(error)
             return self._reason
-        self._snapshot = str(path)
+        self._snapshot, self._reason = str(path), ""
         return ""
+
+    def _begin_with(self, path: Path) -> None:
+        """Go on from the file that this learner will write; what it cannot use stays in there."""
+        self._restore(path)
+        with suppress(StateFileError):  # told already
+            self._keep_others(read(path))
 
     def _restore(self, path: Path) -> str:
         """Every sensor that the file and this robot share; the reason where nothing was taken."""
@@ -179,9 +188,7 @@ class Learner(Service):
             saved = read(path)
             if saved.robot != self._robot:
                 raise StateFileError(f"{path} is of the robot {saved.robot}, not {self._robot}")
-            known = [limb for limb in saved.limbs if limb.name in self.limbs]
-            for limb in known:
-                self._check(limb)
+            known = self._shared(path, saved)
             states = [(limb.name, learner_state(limb)) for limb in known]
             before = [(name, self.limbs[name].state()) for name, _ in states]
             try:
@@ -195,16 +202,37 @@ class Learner(Service):
             logger.warning("nothing restored: %s", error)
             self._reason = str(error)
             return self._reason
-        self._others = tuple(limb for limb in saved.limbs if limb.name not in self.limbs)
-        self._snapshot = str(path)
+        self._keep_others(saved)
+        self._snapshot, self._reason = str(path), ""
         return ""
 
-    def _check(self, limb: SavedLimb) -> None:
-        ours = self.limbs[limb.name].joints
-        if limb.joints != ours:
-            raise StateFileError(f"{limb.name} was learned over other joints: {limb.joints}")
-        if limb.lengths != LENGTHS or limb.seed != SEED:
-            raise StateFileError(f"{limb.name} was learned with other features")
+    def _shared(self, path: Path, saved: SavedLearner) -> list[SavedLimb]:
+        """Limbs of the file that are this robot's: the same sensor over the same joints.
+
+        Raises:
+            StateFileError: there is none, or one was learned with other features.
+        """
+        shared = [limb for limb in saved.limbs if self._is_ours(limb)]
+        if not shared:
+            for limb in saved.limbs:
+                if limb.name in self.limbs:
+                    joints = ", ".join(limb.joints)
+                    raise StateFileError(f"{limb.name} was learned over other joints: {joints}")
+            held = ", ".join(limb.name for limb in saved.limbs)
+            raise StateFileError(f"{path} has none of {', '.join(self.limbs)}; it has {held}")
+        for limb in shared:
+            if limb.lengths != LENGTHS or limb.seed != SEED:
+                raise StateFileError(f"{limb.name} was learned with other features")
+        return shared
+
+    def _is_ours(self, limb: SavedLimb) -> bool:
+        ours = self.limbs.get(limb.name)
+        return ours is not None and limb.joints == ours.joints
+
+    def _keep_others(self, saved: SavedLearner) -> None:
+        if saved.robot == self._robot:
+            others = [limb for limb in saved.limbs if not self._is_ours(limb)]
+            self._others |= {(limb.name, limb.joints): limb for limb in others}
 
     def _save_now_and_then(self, now_ns: int) -> None:
         if self._state_file is None:
@@ -230,8 +258,13 @@ class Learner(Service):
 
 
 def state_path(robot: RobotFile, seed: int) -> Path:
-    """Where a live learner keeps its state; every seed is an emulated robot of its own."""
-    return run_directory() / f"learner-{robot.robot.name}-{seed}.state"
+    """Where a live learner keeps its state; every seed is an emulated robot of its own.
+
+    What an emulated robot has taught must not correct a real one's sensors.
+    """
+    emulated = all(robot.is_simulated(sensor.board) for sensor in robot.sensors.values())
+    which = str(seed) if emulated else "real"
+    return run_directory() / f"learner-{robot.robot.name}-{which}.state"
 
 
 def build(context: Context) -> Learner:

@@ -17,7 +17,7 @@ from services.dynamics_messages import (
     SensorLearning,
     SensorSample,
 )
-from services.learner import Learner
+from services.learner import Learner, state_path
 from services.learner_state import read
 from services.limb_learner import ENOUGH, EVERY
 from services.messages import Floats
@@ -273,6 +273,42 @@ def test_keeps_what_was_learned_of_sensors_that_are_not_in_use(
     Arm(robot, file).bench.close()
     names = [limb.name for limb in read(file).limbs]
     assert sorted(names) == sorted(load_robot("icub").sensors)
+
+
+def test_keeps_what_was_learned_of_a_sensor_over_other_joints(tmp_path: Path) -> None:
+    file = tmp_path / "robot.state"
+    with_torso = Arm(load_robot("icub:reach"), file)
+    with_torso.run(5.0)
+    with_torso.bench.close()
+    alone = Arm(load_robot("icub:right_arm"), file)
+    alone.run(0.01)
+    assert "over other joints" in alone.bench.last(LEARNER_STATUS).reason
+    alone.bench.close()
+    again = Arm(load_robot("icub:reach"), file)
+    again.run(0.01)
+    assert again.learned == with_torso.learned > 0
+
+
+def test_restoring_a_file_without_any_of_the_sensors_is_refused(arm: Arm, tmp_path: Path) -> None:
+    file = tmp_path / "legs.state"
+    Bench(Learner(load_robot("icub:left_leg"), file), VirtualClock()).close()
+    assert (
+        arm.ask("restore", str(file)) == f"{file} has none of r_arm_ft; it has l_leg_ft, l_foot_ft"
+    )
+
+
+def test_a_refusal_is_no_longer_told_once_a_file_was_written(arm: Arm, tmp_path: Path) -> None:
+    arm.run(0.2)
+    assert "cannot write" in arm.ask("save", str(tmp_path / "no" / "folder"))
+    assert arm.ask("save", str(tmp_path / "arm.state")) == ""
+    arm.run(0.2)
+    assert arm.bench.last(LEARNER_STATUS).reason == ""
+
+
+def test_a_real_robot_does_not_begin_with_what_an_emulated_one_has_taught() -> None:
+    emulated = state_path(load_robot("icub:right_arm"), 0)
+    assert state_path(load_robot("icub:right_arm@real"), 0) != emulated
+    assert state_path(load_robot("icub:right_arm"), 1) != emulated
 
 
 def test_saves_every_half_minute_by_itself(robot: RobotFile, tmp_path: Path) -> None:
