@@ -1,7 +1,7 @@
 """Numba where it is installed; the same functions interpreted where it is not.
 
-Both ways give the same numbers: no fast mathematics, no parallel loops. Compiled code is kept on
-disk, beside its source or in the user's cache.
+Both ways give the same numbers: no fast mathematics, no parallel loops, integers that stay inside
+64 bits. Compiled code is kept on disk, beside its source or in the user's cache.
 """
 
 import hashlib

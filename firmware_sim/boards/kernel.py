@@ -8,6 +8,7 @@ coupling of motors and `finish` does the rest, after those laws have run.
 import numpy as np
 from numpy.typing import NDArray
 
+from dforc.compiled import compiled
 from firmware_sim.boards.fields import (
     AXES,
     BOARD,
@@ -60,7 +61,6 @@ from firmware_sim.boards.modes import (
 from firmware_sim.boards.modes import (
     POSITION as POSITION_MODE,
 )
-from firmware_sim.compiled import compiled
 
 Boards = NDArray[np.int64]
 Mixing = NDArray[np.float64]

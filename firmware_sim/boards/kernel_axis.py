@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from dforc.compiled import compiled
 from firmware_sim.boards.fields import (
     ACTIVE,
     BEMF,
@@ -64,7 +65,6 @@ from firmware_sim.boards.kernel_law import (
 from firmware_sim.boards.kernel_modes import Rows, fault
 from firmware_sim.boards.kernel_reference import advance
 from firmware_sim.boards.modes import OPENLOOP, TORQUE
-from firmware_sim.compiled import compiled
 from hal.wire.analog import ZERO_WORD
 from hal.wire.motor_periodic import AxisFault
 

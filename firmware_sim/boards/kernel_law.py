@@ -6,6 +6,7 @@ Errors are 16-bit words, gains too, shifts 0 to 31: no product here leaves 64 bi
 import numpy as np
 from numpy.typing import NDArray
 
+from dforc.compiled import compiled
 from firmware_sim.boards import law
 from firmware_sim.boards.fields import (
     BEMF,
@@ -40,7 +41,6 @@ from firmware_sim.boards.fields import (
     STIFFNESS,
     TORQUE_PID,
 )
-from firmware_sim.compiled import compiled
 
 Row = NDArray[np.int64]
 

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from dforc.compiled import compiled
 from firmware_sim.boards.fields import (
     BOARD_FIRST,
     DUTY,
@@ -38,7 +39,6 @@ from firmware_sim.boards.fields import (
 )
 from firmware_sim.boards.kernel_law import Row, divide, saturate_i16, saturate_i32
 from firmware_sim.boards.modes import HW_FAULT, IDLE
-from firmware_sim.compiled import compiled
 from hal.wire.motor_periodic import AxisFault
 
 Rows = NDArray[np.int64]

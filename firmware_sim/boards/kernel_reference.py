@@ -1,5 +1,6 @@
 """Compiled: one millisecond of a position reference (can-protocol 2.2, commands 27 and 28)."""
 
+from dforc.compiled import compiled
 from firmware_sim.boards.fields import (
     ACCELERATION,
     ACTIVE,
@@ -18,7 +19,6 @@ from firmware_sim.boards.fields import (
     VELOCITY_TIMEOUT,
 )
 from firmware_sim.boards.kernel_law import Row, shift_right
-from firmware_sim.compiled import compiled
 
 
 @compiled

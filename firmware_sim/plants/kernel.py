@@ -8,7 +8,7 @@ axis stands in a model's joint vector, -1 for one that is not in the model.
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_sim.compiled import compiled
+from dforc.compiled import compiled
 
 Array = NDArray[np.float64]
 Places = NDArray[np.int64]

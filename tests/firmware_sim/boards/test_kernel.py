@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from firmware_sim import compiled
+from dforc import compiled
 from firmware_sim.boards import fields as f
 from firmware_sim.boards import modes
 from firmware_sim.boards.kernel import control, finish, has_law, rebase, supervise

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import cast
 
-from firmware_sim.compiled import compiled
+from dforc.compiled import compiled
 
 PROGRAM = """
 {before}
@@ -15,7 +15,7 @@ from door import doubled
 print(doubled(5), sum(doubled.stats.cache_hits.values()))
 """
 HELPER = """
-from firmware_sim.compiled import compiled
+from dforc.compiled import compiled
 
 FACTOR = {factor}
 
@@ -25,7 +25,7 @@ def scaled(value: int) -> int:
 """
 DOOR = """
 from helper import scaled
-from firmware_sim.compiled import compiled
+from dforc.compiled import compiled
 
 @compiled
 def doubled(value: int) -> int:
