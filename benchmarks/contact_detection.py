@@ -188,8 +188,10 @@ def random_pushes(task: ArmTask, generator: np.random.Generator) -> dict[int, Ve
     for row in generator.choice(last, size=PUSHES, replace=False).tolist():
         direction = generator.normal(size=3)
         force = direction / np.linalg.norm(direction)
-        R, from_tip, _ = arm.sensor_to_tip(task.test.x[row, : arm.n], "arm")
-        pushes[row] = np.concatenate([force, np.cross(-R.T @ from_tip, force)])
+        q_rad = task.test.x[row, : arm.n]
+        R, sensor_m = arm.sensor_pose(q_rad, "arm")
+        _, tip_m = arm.tip_pose(q_rad)
+        pushes[row] = np.concatenate([force, np.cross(R.T @ (tip_m - sensor_m), force)])
     return pushes
 
 

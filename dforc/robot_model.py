@@ -108,18 +108,6 @@ class RobotModel:
         place = self._place_at[name]
         return place.rotation.copy(), place.translation.copy()
 
-    def sensor_to_tip(self, q_rad: Vector, name: str) -> tuple[Matrix, Vector, Matrix]:
-        """What carries a wrench from a sensor to the tip, in one pass.
-
-        Returns:
-            The sensor's rotation in the base (3x3), the vector from the tip to the sensor (3, m,
-            base axes), and the Jacobian of `tip_jacobian` (6 x n).
-        """
-        J = self.tip_jacobian(q_rad)  # leaves the placements of every joint on the way
-        pin.updateFramePlacement(self._model, self._data, self._tip)
-        place = self._place_at[name]
-        return place.rotation.copy(), place.translation - self._tip_at.translation, J
-
     def gravity(self, q_rad: Vector) -> Vector:
         """Torques (n, Nm) that hold the posture still against gravity."""
         self._q[self._at] = q_rad

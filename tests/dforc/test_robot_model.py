@@ -223,13 +223,3 @@ def test_wrong_name_is_refused_with_what_there_is(
 def test_missing_file_is_refused_with_its_path() -> None:
     with pytest.raises(ModelError, match="no/such"):
         RobotModel("no/such.urdf", ("r_elbow",), "r_hand", {})
-
-
-def test_sensor_to_tip_agrees_with_the_single_calls(model: RobotModel) -> None:
-    q, _, _ = posture(7, model)
-    R, lever, J = model.sensor_to_tip(q, "right_arm")
-    R_sensor, p_sensor = model.sensor_pose(q, "right_arm")
-    _, p_tip = model.tip_pose(q)
-    assert pytest.approx(R_sensor, abs=1e-12) == R
-    assert lever == pytest.approx(p_sensor - p_tip, abs=1e-12)
-    assert pytest.approx(model.tip_jacobian(q), abs=1e-12) == J
