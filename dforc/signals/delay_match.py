@@ -23,7 +23,7 @@ import math
 
 import numpy as np
 
-from dforc.arrays import ArrayLike, Vector, finite_vector
+from dforc.arrays import ArrayLike, Matrix, Vector, finite_vector
 from dforc.errors import DforcError, NotFiniteError
 from dforc.signals.differentiation import (
     FASTEST_RAD_S,
@@ -42,6 +42,11 @@ MOST_SAMPLES = 1024  # of 0.16 s: 6 kHz
 BELL = np.array([1.0, 0.0, -3.0, 0.0, 3.0, 0.0, -1.0]) * 35.0 / 32.0
 ONCE = np.array([0.5, *(BELL / np.arange(1.0, 8.0))])  # 0 at u = -1, 1 at u = 1
 TWICE = np.array([35.0 / 256.0, *(ONCE / np.arange(1.0, 9.0))])  # 0 at u = -1, 1 at u = 1
+POWERS = len(TWICE)
+# Of value, slope, curve: the polynomial, and how steeply it goes on beyond u = 1.
+POLYNOMIALS = np.array([np.pad(p, (0, POWERS - len(p))) for p in (TWICE, ONCE, BELL)])
+STEEPNESS = np.array([1.0, 0.0, 0.0])
+VALUE, SLOPE, ALL = slice(0, 1), slice(1, 2), slice(0, 3)
 
 
 class NoSampleError(DforcError):
@@ -91,7 +96,8 @@ class MatchedFilter:
             NoSampleError: nothing was pushed yet.
             NotFiniteError: the instant is NaN or infinity.
         """
-        return self._weights(at_s, TWICE, 1.0) @ self._history.values
+        value: Vector = self._weights(at_s, VALUE)[0] @ self._history.values
+        return value
 
     def slope(self, at_s: float) -> Vector:
         """Derivative (channels,) of `value`, per second.
@@ -100,7 +106,8 @@ class MatchedFilter:
             NoSampleError: nothing was pushed yet.
             NotFiniteError: the instant is NaN or infinity.
         """
-        return self._weights(at_s, ONCE, 0.0) @ self._history.values / self.delay_s
+        slope: Vector = self._weights(at_s, SLOPE)[0] @ self._history.values / self.delay_s
+        return slope
 
     def add(self, values: ArrayLike, at_s: float) -> Vector:
         """`push` and `value` at the same instant."""
@@ -124,10 +131,11 @@ class MatchedFilter:
         history.append(sample, at_s)
         history.forget_before(at_s - 2.0 * self.delay_s)
 
-    def _weights(self, at_s: float, polynomial: Vector, slope: float) -> Vector:
-        """Of each sample (k,): second divided difference of a function of the age over D, less one.
+    def _weights(self, at_s: float, which: slice) -> Matrix:
+        """Of each sample (rows, k): second divided difference of a function of the age over D.
 
-        The function is a polynomial inside the bell, and goes on straight beyond its old end.
+        A divided difference less for slope and curve. The function is a polynomial inside the bell,
+        and goes on straight beyond its old end.
         """
         instants = self._history.at_s
         if len(instants) == 0:
@@ -135,12 +143,18 @@ class MatchedFilter:
         if not math.isfinite(at_s):
             raise NotFiniteError(f"instant of the reading is {at_s}")
         u = (at_s - instants) / self.delay_s - 1.0  # falls
-        f = _evaluate(polynomial, np.clip(u, -1.0, 1.0))
-        f += slope * np.maximum(u - 1.0, 0.0)
-        slopes = np.zeros(len(u) + 1)  # the newest value lasts until at_s: 0
-        slopes[0] = slope  # the oldest goes back for ever
-        np.divide(f[:-1] - f[1:], u[:-1] - u[1:], out=slopes[1:-1])
-        return slopes[:-1] - slopes[1:]
+        inside = np.minimum(u, 1.0)
+        powers = np.empty((POWERS, len(u)))
+        powers[0] = 1.0
+        powers[1:] = np.maximum(inside, -1.0)
+        np.multiply.accumulate(powers, axis=0, out=powers)
+        steepness = STEEPNESS[which, None]
+        f = POLYNOMIALS[which] @ powers + steepness * (u - inside)
+        slopes = np.zeros((len(f), len(u) + 1))  # the newest value lasts until at_s: 0
+        slopes[:, :1] = steepness  # the oldest goes back for ever
+        np.divide(f[:, :-1] - f[:, 1:], u[:-1] - u[1:], out=slopes[:, 1:-1])
+        weights: Matrix = slopes[:, :-1] - slopes[:, 1:]
+        return weights
 
 
 class MatchedMotion(MatchedFilter):
@@ -166,8 +180,8 @@ class MatchedMotion(MatchedFilter):
             NoSampleError: nothing was pushed yet.
             NotFiniteError: the instant is NaN or infinity.
         """
-        ddq = self._weights(at_s, BELL, 0.0) @ self._history.values / self.delay_s**2
-        return JointMotion(self.value(at_s), self.slope(at_s), ddq)
+        q, dq, ddq = self._weights(at_s, ALL) @ self._history.values
+        return JointMotion(q, dq / self.delay_s, ddq / self.delay_s**2)
 
     def _append(self, sample: Vector, at_s: float) -> None:
         values, instants = self._history.values, self._history.at_s
@@ -185,11 +199,3 @@ class MatchedMotion(MatchedFilter):
             if self.jumped.any():
                 values[:, self.jumped] += excess[self.jumped]
         super()._append(sample, at_s)
-
-
-def _evaluate(polynomial: Vector, u: Vector) -> Vector:
-    result = np.full(len(u), polynomial[-1])
-    for coefficient in polynomial[-2::-1].tolist():
-        result *= u
-        result += coefficient
-    return result
