@@ -165,8 +165,17 @@ def _check(runs: int, *files: Path | None) -> None:
     if not 1 <= runs <= MOST_RUNS:
         raise ConfigError(f"--runs: {runs} is outside 1..{MOST_RUNS}")
     for file in files:
-        if file is not None and not file.parent.is_dir():
+        if file is None:
+            continue
+        if not file.parent.is_dir():
             raise ConfigError(f"cannot write {file}: there is no folder {file.parent}")
+        is_new = not file.exists()
+        try:  # now, and not after minutes of work
+            file.open("ab").close()
+        except OSError as error:
+            raise ConfigError(f"cannot write {file}: {error.strerror}") from error
+        if is_new:
+            file.unlink()
 
 
 VERBS = (force_table1, force_fig5, force_fig6, force_fig7, closed_loop)

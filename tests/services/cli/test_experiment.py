@@ -35,6 +35,8 @@ def test_help_of_each_ends_with_its_options_and_shows_an_example(
         (["force-table1", "--runs", "0"], "--runs: 0 is outside 1..100"),
         (["force-table1", "--robot", "icub:head"], "no force/torque sensor among its parts"),
         (["force-table1", "--json", "/nowhere/a.json"], "there is no folder /nowhere"),
+        (["force-table1", "--json", "/"], "cannot write /: Is a directory"),
+        (["force-fig5", "--plot", "/proc/a.png"], "cannot write /proc/a.png: "),
         (["force-fig5", "--limb", "tail"], "--limb tail: no force/torque sensor"),
         (["force-fig5", "--plot", "/nowhere/a.png"], "there is no folder /nowhere"),
         (["closed-loop", "--robot", "coman"], "known robots: icub"),
