@@ -3,7 +3,8 @@
 The place comes from skin where a skin board knows its link, else from the wrench and the shapes of
 the links beyond the sensor, else it is the assumed one. Where the wrench fits several links, or
 none, the place is unsure. A learner that knows how little it leaves lowers the threshold, as far
-as the robot file allows.
+as the robot file allows. The torques follow touch and place as readings and model alone have them:
+a wrong learner moves nothing.
 """
 
 import math
@@ -13,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dforc.arrays import Matrix, Vector
+from dforc.arrays import Vector
 from dforc.contacts.detection import ContactDetector
 from dforc.contacts.location import Location, WrenchNoise, locate
 from dforc.contacts.shapes import LinkShapes
@@ -36,10 +37,11 @@ class Evidence(NamedTuple):
     """One filtered estimate and what it stands on."""
 
     estimate: BodyEstimate
+    uncorrected: BodyEstimate  # without the learner; the same object where none corrects
     usable: tuple[bool, ...]  # sensors
-    excess: Matrix  # (m, 6), measured minus predicted, without the learner's correction
     spread_n: Sequence[float]  # per sensor, of the force that the learner leaves; inf = none does
     noise: Callable[[int], WrenchNoise]  # of a sensor untouched, beside model and learner
+    model_noise: Callable[[int], WrenchNoise]  # the same beside the model alone
 
 
 @dataclass(slots=True, eq=False)
@@ -51,13 +53,14 @@ class _Watched:
     link: str
     sensor: int  # the first above it; -1 where none is
     detector: ContactDetector
-    on_n: float  # of the detector
+    model_detector: ContactDetector  # of what the model alone does not explain
+    on_n: float  # of both
     learned_on_n: float  # at best
     shapes: LinkShapes | None  # of the links beyond that sensor
     since_ns: int = 0
     touching: bool = False  # by force or by skin
-    model_n: float = 0.0  # what the model alone does not explain at the sensor, N
     found: Location | None = None
+    model_found: Location | None = None  # without the learner, for the torques
     skin: SkinContact | None = None
 
 
@@ -103,13 +106,8 @@ class ContactWatch:
     ) -> tuple[ContactEstimate, ...]:
         """Judge one filtered estimate, which was the estimator's last one."""
         self._looks += 1
-        for watched in self._watched:
-            if watched.sensor >= 0:
-                watched.model_n = math.hypot(*evidence.excess[watched.sensor, :3].tolist())
-        estimate = evidence.estimate
-        wrenches, points = estimate.contact_wrenches, estimate.contact_points_m
         return tuple(
-            self._judge(now_ns, watched, wrenches[i], points[i], evidence, estimator)
+            self._judge(now_ns, watched, i, evidence, estimator)
             for i, watched in enumerate(self._watched)
         )
 
@@ -117,48 +115,68 @@ class ContactWatch:
         self,
         now_ns: int,
         watched: _Watched,
-        wrench: Vector,
-        point: Vector,
+        row: int,
         evidence: Evidence,
         estimator: WholeBodyEstimator,
     ) -> ContactEstimate:
-        sensor = watched.sensor
+        sensor, estimate = watched.sensor, evidence.estimate
+        wrench, point = estimate.contact_wrenches[row], estimate.contact_points_m[row]
+        model_wrench = evidence.uncorrected.contact_wrenches[row]
         if sensor < 0 or evidence.usable[sensor]:
             spread_n = evidence.spread_n[sensor] if sensor >= 0 else math.inf
             on_n = max(watched.learned_on_n, LEARNED_SPREADS * spread_n)
-            force_n = math.hypot(*wrench[:3].tolist())
-            watched.detector.update(force_n * max(watched.on_n / on_n, 1.0))
+            watched.detector.update(_force_n(wrench) * max(watched.on_n / on_n, 1.0))
+            watched.model_detector.update(_force_n(model_wrench))
         else:
             watched.detector.reset()
-        watched.skin = self._skin.pressed(watched.sensor)
+            watched.model_detector.reset()
+        watched.skin = self._skin.pressed(sensor)
         touching = watched.detector.touching or watched.skin is not None
         if touching != watched.touching:
             watched.touching = touching
             watched.since_ns = now_ns
             watched.found = None
-        if watched.detector.touching and (self._looks % LOCATE_EVERY == 0 or watched.found is None):
-            self._locate(watched, wrench, point, evidence.noise(watched.sensor), estimator)
+        if not watched.model_detector.touching:
+            watched.model_found = None
+        elif self._is_due(watched.model_found):
+            noise = evidence.model_noise(sensor)
+            before = watched.model_found
+            watched.model_found = self._located(
+                watched, before, model_wrench, point, noise, estimator
+            )
+        if watched.detector.touching:
+            if evidence.uncorrected is estimate:
+                watched.found = watched.model_found
+            elif self._is_due(watched.found):
+                noise = evidence.noise(sensor)
+                watched.found = self._located(
+                    watched, watched.found, wrench, point, noise, estimator
+                )
         return self._estimate(watched, wrench, point, estimator)
 
-    def _locate(
+    def _is_due(self, found: Location | None) -> bool:
+        return found is None or self._looks % LOCATE_EVERY == 0
+
+    def _located(
         self,
         watched: _Watched,
+        before: Location | None,
         wrench: Vector,
         point: Vector,
         noise: WrenchNoise,
         estimator: WholeBodyEstimator,
-    ) -> None:
+    ) -> Location | None:
         """Look for the link; a place that is sure holds until the contact ends or moves."""
         if watched.shapes is None or watched.contact.kind != "wrench":
-            return
-        if math.hypot(*wrench[:3].tolist()) < SIGNIFICANT_N:
-            return
+            return before
+        if _force_n(wrench) < SIGNIFICANT_N:
+            return before
         _, origin = estimator.frame_pose(self._body.sensors[watched.sensor].frame)
         moment = wrench[3:] + np.cross(point - origin, wrench[:3])
         posed = watched.shapes.posed_by(estimator.frame_pose)
         found = locate(wrench[:3], moment, origin, posed, noise)
-        if _is_sure(found) or watched.found is None or not _is_sure(watched.found):
-            watched.found = found
+        keeps = before is not None and _is_sure(before) and not _is_sure(found)
+        return before if keeps else found
 
     def _estimate(
         self, watched: _Watched, wrench: Vector, point: Vector, estimator: WholeBodyEstimator
@@ -204,6 +222,7 @@ class ContactWatch:
             link=body.tree.link_of(contact.frame),
             sensor=sensor,
             detector=ContactDetector(on_n, off_n),
+            model_detector=ContactDetector(on_n, off_n),
             on_n=on_n,
             learned_on_n=learned_on_n,
             shapes=self._shapes_beyond(sensor, frames),
@@ -229,12 +248,14 @@ class ContactWatch:
         link = ""
         if watched.skin is not None:
             link = watched.skin.link
-        elif watched.found is not None and _is_sure(watched.found):
-            link = watched.found.link
-        # A touch that only the learner sees moves no torque.
-        seen = watched.skin is not None or watched.model_n >= SIGNIFICANT_N
-        moved = seen and watched.contact.kind == "wrench" and link not in ("", watched.link)
+        elif watched.model_found is not None and _is_sure(watched.model_found):
+            link = watched.model_found.link
+        moved = watched.contact.kind == "wrench" and link not in ("", watched.link)
         return Contact(frame=link) if moved else None
+
+
+def _force_n(wrench: Vector) -> float:
+    return math.hypot(*wrench[:3].tolist())
 
 
 def _is_sure(found: Location) -> bool:

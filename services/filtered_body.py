@@ -86,12 +86,23 @@ class FilteredBody:
         measured, ready = self._bank.filtered(now_ns)
         usable = tuple([r and h for r, h in zip(ready, heard, strict=True)])
         corrected = measured - correction.wrenches
-        estimate = self.estimator.estimate(q, dq, ddq, corrected, np.array(usable), base)
+        mask = np.array(usable)
+        uncorrected = None
+        if correction.wrenches.any():
+            uncorrected = self.estimator.estimate(q, dq, ddq, measured, mask, base)
+        estimate = self.estimator.estimate(q, dq, ddq, corrected, mask, base)
         predicted = self._loads.added_to(estimate.internal, self.estimator)
         excess = measured - predicted
         if tasks.is_sweeping:
             tasks.add_pose(predicted, now_ns * NS_TO_S)
-        evidence = Evidence(estimate, usable, excess, correction.spread_n, self.health.noise)
+        evidence = Evidence(
+            estimate,
+            uncorrected or estimate,
+            usable,
+            correction.spread_n,
+            self.health.noise,
+            self.health.model_noise,
+        )
         contacts = self.contacts.look(now_ns, evidence, self.estimator)
         touched = [self.contacts.is_touched_beyond(i) for i in range(len(usable))]
         self.health.add(excess, corrected - predicted, usable, touched)

@@ -58,9 +58,16 @@ class HealthFigures:
 
     def noise(self, sensor: int) -> WrenchNoise:
         """What an untouched sensor shows beside model and learner; the sensor's own at least."""
+        return self._noise(sensor, slice(6, 12))
+
+    def model_noise(self, sensor: int) -> WrenchNoise:
+        """What an untouched sensor shows beside the model alone; the sensor's own at least."""
+        return self._noise(sensor, slice(0, 6))
+
+    def _noise(self, sensor: int, columns: slice) -> WrenchNoise:
         if not self._count[sensor]:
             return SENSOR_NOISE
-        whole = self._square[sensor, 6:] + self._mean[sensor, 6:] ** 2
+        whole = self._square[sensor, columns] + self._mean[sensor, columns] ** 2
         return WrenchNoise(
             force_n=max(SENSOR_NOISE.force_n, math.sqrt(whole[:3].mean())),
             moment_nm=max(SENSOR_NOISE.moment_nm, math.sqrt(whole[3:].mean())),

@@ -192,6 +192,37 @@ def test_the_learner_s_correction_is_taken_off_contacts_and_never_off_torques(
         assert plain.bench.sent(stream) == helped.bench.sent(stream)
 
 
+@pytest.mark.parametrize(
+    ("link", "push_n", "wrench"),
+    [
+        ("l_hand_dh_frame", (0.0, 8.0, 0.0), (0.0, 0.0, 0.0, -1.2, 0.9, 0.06)),  # another place
+        ("l_upper_arm", (0.0, 0.0, 8.0), None),  # hides the touch
+    ],
+)
+def test_a_wrong_learner_that_moves_or_hides_a_touch_changes_no_torque(
+    arms: RobotFile, link: str, push_n: tuple[float, float, float], wrench: tuple[float, ...] | None
+) -> None:
+    streams = []
+    for wrong in (False, True):
+        stand = Stand(arms, pushed=link)
+        stand.calibrate()
+        free = stand.true_wrenches()["l_arm_ft"].copy()
+        stand.push_n = np.array(push_n)
+        hiding = tuple((stand.true_wrenches()["l_arm_ft"] - free).tolist())
+        for _ in range(40):
+            if wrong:
+                lie = LearnedWrench(name="l_arm_ft", wrench=wrench or hiding, std=())
+                stand.others = {
+                    LEARNED: LearnedWrenches(
+                        stamp_ns=stand.now_ns, samples_stamp_ns=stand.now_ns, corrections=(lie,)
+                    )
+                }
+            stand.run(10)
+        assert stand.contact("l_arm_ft").touching is (wrench is not None or not wrong)
+        streams.append(stand.bench.sent(TORQUE_ESTIMATE["left_arm"]))
+    assert streams[0] == streams[1]
+
+
 def test_a_learner_that_falls_silent_leaves_the_model_alone_and_no_tick_is_lost(
     arms: RobotFile,
 ) -> None:
