@@ -11,8 +11,10 @@ from pathlib import Path
 from rich.console import Console
 
 from services.config import load_robot
+from services.experiments.loop_expected import Expected, expected
 from services.experiments.loop_guiding import DRIFT_S, Guiding, guiding
 from services.experiments.loop_impedance import Deflection, pushes
+from services.experiments.loop_limbs import limbs
 from services.experiments.loop_plot import draw
 from services.experiments.loop_rows import deflection_rows, guiding_rows, step_rows, turn_rows
 from services.experiments.loop_torque import TorqueStep, torque_steps
@@ -42,6 +44,7 @@ class Found:
     deflections: list[Deflection] = field(default_factory=list)
     guidings: list[Guiding] = field(default_factory=list)
     turns: list[Turn] = field(default_factory=list)
+    expected: Expected = field(default_factory=Expected)
     limit_violations: int = 0
     board_faults: int = 0
     frames_lost: int = 0
@@ -54,6 +57,7 @@ class Found:
         self.deflections += other.deflections
         self.guidings += other.guidings
         self.turns += other.turns
+        self.expected.add(other.expected)
         self.limit_violations += other.limit_violations
         self.board_faults += other.board_faults
         self.frames_lost += other.frames_lost
@@ -65,10 +69,10 @@ class Found:
         carried = self.failure or "yes"
         return [
             Row("trials carried through", carried, "", "yes", not self.failure),
-            *step_rows(self.steps),
-            *deflection_rows(self.deflections),
-            *guiding_rows(self.guidings),
-            *turn_rows(self.turns),
+            *step_rows(self.steps, self.expected.steps),
+            *deflection_rows(self.deflections, self.expected.pushes),
+            *guiding_rows(self.guidings, self.expected.guidings),
+            *turn_rows(self.turns, self.expected.turns),
             at_most("limit violations", self.limit_violations, "", 0),
             at_most("faults of the boards", self.board_faults, "", 0),
             at_most("frames lost", self.frames_lost, "", 0),
@@ -107,6 +111,8 @@ def run(
     What was found before a trial failed is kept, beside the reason.
     """
     found, world = Found(), World()
+    rounds, only = (SHORT_ROUNDS, 1) if short else (ROUNDS, None)
+    found.expected = expected(limbs(robot), trials, rounds=rounds, only=only)
     guest = LoopTrial(robot, world, _trials(found, trials, short=short))
     simulation = Simulation(robot, seed, guests={"closed_loop": guest})
     world.surround(simulation.rig)

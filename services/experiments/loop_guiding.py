@@ -22,6 +22,7 @@ class Guiding:
     limb: str
     drift_rad: float  # of the joint that moved most, untouched
     force_n: float  # mean, while the hand moved at constant speed
+    peak_n: float  # of the whole way
     led_m: float
     left_m: float  # how far the end moved by itself once it was let go
     trace: Vector  # each millisecond while being led: force (N), way (m)
@@ -64,6 +65,7 @@ def guiding(trial: LoopTrial, found: list[Guiding], drift_s: float = DRIFT_S) ->
                 limb=limb.part,
                 drift_rad=drift[limb.part],
                 force_n=float(rows[steady, 0].mean()),
+                peak_n=float(rows[:, 0].max()),
                 led_m=float(np.linalg.norm(end - start)),
                 left_m=float(np.linalg.norm(left - end)),
                 trace=rows,

@@ -34,6 +34,12 @@ class Deflection:
     trace_m: Vector  # along the prediction, each millisecond from the beginning of the push
 
     @property
+    def axis(self) -> str:
+        """Of the base, with its sense, along which the push is."""
+        along = int(np.argmax(np.abs(self.force_n)))
+        return ("-" if self.force_n[along] < 0.0 else "+") + "xyz"[along]
+
+    @property
     def ratio(self) -> float:
         """Along the predicted deflection, over it."""
         return float(self.moved_m @ self.predicted_m / (self.predicted_m @ self.predicted_m))

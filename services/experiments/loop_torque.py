@@ -1,5 +1,6 @@
 """Torque steps: one joint of each limb in torque mode, its end held by a hand, others stiff."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ BEFORE_S, STEP_S = 0.4, 0.6
 STEADY_S = 0.2  # at the end of either
 GRIP_M = 0.08  # off the link's origin, for a lever on every joint
 RISES = (0.1, 0.9)
+SMOOTH_MS = 5  # ripple is no overshoot, and does not unsettle
+BAND = 0.15  # of the step, about where the answer ends
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -39,27 +42,67 @@ class TorqueStep:
         end: Vector = self.tau_nm[self.at_s >= STEP_S - STEADY_S]
         return end
 
+    def _first_s(self, share: float) -> float:
+        """From the step until the answer first gets this far, of what came in the end."""
+        way = (self.tau_nm - self._before_nm) / (self._end.mean() - self._before_nm)
+        reached = self.at_s[(self.at_s >= 0.0) & (way >= share)]
+        return float(reached[0]) if len(reached) else math.inf
+
     @property
-    def rise_s(self) -> float:
-        """From a tenth to nine tenths of what came in the end."""
-        share = (self.tau_nm - self._before_nm) / (self._end.mean() - self._before_nm)
-        after = self.at_s >= 0.0
-        first, last = (self.at_s[after & (share >= rise)][0] for rise in RISES)
-        return float(last - first)
+    def dead_s(self) -> float:
+        """From the command until a tenth of what came in the end: buses, estimate, and board."""
+        return self._first_s(RISES[0])
+
+    @property
+    def first_crossing_s(self) -> float:
+        """From a tenth to nine tenths, first crossing of either: the answer may fall back after."""
+        return self._first_s(RISES[1]) - self._first_s(RISES[0])
+
+    @property
+    def _smooth_nm(self) -> Vector:
+        """After the step; each value the mean of the milliseconds that begin with it."""
+        window = np.full(SMOOTH_MS, 1.0 / SMOOTH_MS)
+        smooth: Vector = np.convolve(self.tau_nm[self.at_s >= 0.0], window, mode="valid")
+        return smooth
+
+    @property
+    def settling_s(self) -> float:
+        """From the command until the answer is within BAND of its end and stays.
+
+        Infinite when it leaves the band in the time that says where it ends.
+        """
+        smooth, at_s = self._smooth_nm, self.at_s[self.at_s >= 0.0]
+        if not np.isfinite(smooth).all():
+            return math.nan
+        outside = np.abs(smooth - self._end.mean()) > BAND * abs(self.amplitude_nm)
+        if not outside.any():
+            return 0.0
+        last = int(np.flatnonzero(outside)[-1])
+        return float(at_s[last + 1]) if at_s[last] < STEP_S - STEADY_S else math.inf
 
     @property
     def overshoot(self) -> float:
         """Highest value over the final one, as a share of the step; of means over 5 ms."""
-        smooth = np.convolve(self.tau_nm[self.at_s >= 0.0], np.full(5, 0.2), mode="valid")
         sign = np.sign(self.amplitude_nm)
-        above = (sign * smooth).max() - sign * self._end.mean()
-        return float(max(above, 0.0) / abs(self.amplitude_nm))
+        above = (sign * self._smooth_nm).max() - sign * self._end.mean()
+        return float(np.maximum(above, 0.0) / abs(self.amplitude_nm))
 
     @property
-    def steady_error(self) -> float:
-        """Of the change, as a share of the step."""
+    def change_error(self) -> float:
+        """Steady error of the change alone, as a share of the step."""
         change = float(self._end.mean()) - self._before_nm
         return abs(change - self.amplitude_nm) / abs(self.amplitude_nm)
+
+    @property
+    def absolute_error_nm(self) -> float:
+        """Steady torque off the commanded one, before the step or after it: the larger."""
+        before = abs(self._before_nm - self.wanted_nm[0])
+        return float(np.maximum(before, abs(self._end.mean() - self.wanted_nm[-1])))
+
+    @property
+    def absolute_error(self) -> float:
+        """The same as a share of the step."""
+        return self.absolute_error_nm / abs(self.amplitude_nm)
 
     @property
     def ripple_nm(self) -> float:
