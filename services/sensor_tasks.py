@@ -87,7 +87,7 @@ class SensorTasks:
         for i in chosen:
             name, trouble = self._names[i], trouble_around(i)
             if trouble:
-                raise TaskRefusedError(f"{name}: {trouble}; calibrate the robot's joints first")
+                raise TaskRefusedError(f"{name}: {trouble}; `ulna joints calibrate` first")
             if not self._bank.is_heard(i):
                 flags = [flag for flag in self._bank.flags(i) if flag != "uncalibrated"]
                 raise TaskRefusedError(

@@ -70,7 +70,7 @@ def _move(client: DynamicsClient, last: Mapping[str, float], target: Mapping[str
         q_rad=tuple(math.radians(angle) for angle in target.values()),
         duration_s=duration_s,
     )
-    reply = client.bus.call(ROBOT_CALL, request)
+    reply = client.call(ROBOT_CALL, request)
     if not reply.ok:
         raise ServiceError(f"the limb cannot be moved: {reply.reason}")
     end_ns = client.clock.now_ns() + round((duration_s + PATIENCE_S) * NS_PER_S)
