@@ -90,9 +90,8 @@ class SensorTasks:
                 raise TaskRefusedError(f"{name}: {trouble}; `ulna joints calibrate` first")
             if not self._bank.is_heard(i):
                 flags = [flag for flag in self._bank.flags(i) if flag != "uncalibrated"]
-                raise TaskRefusedError(
-                    f"{name} gives no good readings ({', '.join(flags)}); see `ulna can scan`"
-                )
+                seek = "; see `ulna can scan`" if {"missing", "late"} & set(flags) else ""
+                raise TaskRefusedError(f"{name} gives no good readings ({', '.join(flags)}){seek}")
             if self._bank.valid[i] and is_touched(i):
                 raise TaskRefusedError(
                     f"{name}: something touches the limb; free it, or, if nothing does, "
