@@ -3,7 +3,7 @@
 default    held at the base; beyond each FT sensor one contact, where the robot file says
 standing   the paper's first set: held at the base, touched at hands and feet
 crawling   the paper's second set: not held, carried by wrists and knees, moving with the IMU
-custom     what the request lists
+custom     what the request lists; without a contact only where loads are known
 """
 
 from dataclasses import replace
@@ -40,8 +40,8 @@ def requested_assumption(body: Body, request: DynamicsRequest, source: str) -> A
     """What a request of action `assume` means; `source` is the frame in force.
 
     Raises:
-        AssumptionRefusedError: no such set, frame or kind, a load that is not finite, or crawling
-            without an IMU.
+        AssumptionRefusedError: no such set, frame or kind, no contact at all, a load that is not
+            finite, or crawling without an IMU.
     """
     known = tuple(_known(body, load) for load in request.known)
     return replace(_named_set(body, request, source), known=known)
@@ -57,6 +57,8 @@ def _named_set(body: Body, request: DynamicsRequest, source: str) -> Assumption:
             raise AssumptionRefusedError("crawling needs an IMU, and the parts in use have none")
         return _of_these_limbs(body, crawling(source=next(iter(body.imus.values()))))
     if request.value == "custom":
+        if not request.contacts and not request.known:
+            raise AssumptionRefusedError("custom needs a contact, or a known load; none is named")
         contacts = tuple(_contact(body, contact) for contact in request.contacts)
         return Assumption(contacts=contacts, source=source, mainstay=request.mainstay)
     sets = ", ".join(SETS)
@@ -100,7 +102,9 @@ def _known(body: Body, load: KnownLoad) -> KnownWrench:
 def _contact(body: Body, asked: AssumedContact) -> Contact:
     kind = next((kind for kind in KINDS if kind == asked.kind), None)
     if kind is None:
-        raise AssumptionRefusedError(f"no kind of contact {asked.kind!r}; there are: {KINDS}")
+        raise AssumptionRefusedError(
+            f"no kind of contact {asked.kind!r}; there are: {', '.join(KINDS)}"
+        )
     try:
         body.tree.link_of(asked.frame)
         return Contact(

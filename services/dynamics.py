@@ -173,7 +173,7 @@ class Dynamics(Service):
                 )
         if self.tasks.is_calibrating:
             fastest = float(np.abs(joints.dq_rad_s).max())
-            touched = self.filtered.contacts.is_touched
+            touched = self.filtered.is_pressed
             internal = self.loads.added_to(estimate.internal, self.estimator)
             self.tasks.add_readings(internal, fastest, self.gate.heard, touched)
 

@@ -37,7 +37,7 @@ def _reply(dynamics: "Dynamics", request: DynamicsRequest) -> Reply:
 def _carry_out(dynamics: "Dynamics", request: DynamicsRequest) -> str:
     tasks = dynamics.tasks
     if request.action == "calibrate":
-        touched = dynamics.filtered.contacts.is_touched
+        touched = dynamics.filtered.is_pressed
         tasks.calibrate(request.sensors, request.samples, dynamics.gate.trouble_around, touched)
     elif request.action == "reset":
         tasks.reset(request.sensors)

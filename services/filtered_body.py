@@ -4,12 +4,14 @@ All signals pass one filter and so bear one delay; accelerations are known here.
 correction is taken off the readings: a contact is what neither model nor learner explains.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from dforc.arrays import Matrix, Vector
+from dforc.contacts.detection import ContactDetector
 from dforc.contacts.shapes import LinkShapes
 from dforc.estimation.assumption import Assumption
 from dforc.estimation.estimate import BodyEstimate
@@ -59,12 +61,22 @@ class FilteredBody:
         self._bank = bank
         self._loads = loads
         self._motion = MatchedMotion(model.n)
+        self._pressed = tuple(
+            ContactDetector(sensor.contact_on_n, sensor.contact_off_n) for sensor in body.sensors
+        )
         self._joints = model.joints
         self.contacts.assume(assumption)
 
     def add_joints(self, q_rad: Vector, now_ns: int) -> None:
         """A step's new joint states."""
         self._motion.push(q_rad, now_ns * NS_TO_S)
+
+    def is_pressed(self, sensor: int) -> bool:
+        """Whether a sensor shows more than weight, motion and known loads, or skin or contact do.
+
+        Whatever the assumption says of where the robot can be touched.
+        """
+        return self._pressed[sensor].touching or self.contacts.is_touched(sensor)
 
     def look(
         self,
@@ -93,6 +105,11 @@ class FilteredBody:
         estimate = self.estimator.estimate(q, dq, ddq, corrected, mask, base)
         predicted = self._loads.added_to(estimate.internal, self.estimator)
         excess = measured - predicted
+        for i, detector in enumerate(self._pressed):
+            if usable[i]:
+                detector.update(math.hypot(*excess[i, :3].tolist()))
+            else:
+                detector.reset()
         if tasks.is_sweeping:
             tasks.add_pose(predicted, now_ns * NS_TO_S)
         evidence = Evidence(

@@ -88,6 +88,20 @@ def test_calibration_is_refused_in_contact_and_names_the_remedy(arms: RobotFile)
     assert stand.ask("calibrate", "l_arm_ft").ok
 
 
+def test_calibration_is_refused_in_contact_where_none_is_assumed(arms: RobotFile) -> None:
+    stand = Stand(arms, pushed="r_hand_dh_frame")
+    stand.calibrate()
+    left = DynamicsRequest(
+        action="assume", value="custom", contacts=(AssumedContact(frame="l_hand"),)
+    )
+    assert stand.request(left).ok
+    stand.push_n = np.array([0.0, 20.0, 0.0])
+    stand.run(400)
+    reply = stand.ask("calibrate", "r_arm_ft")
+    assert not reply.ok
+    assert "r_arm_ft: something touches the limb" in reply.reason
+
+
 def test_calibration_is_given_up_when_a_touch_comes(arms: RobotFile) -> None:
     stand = Stand(arms, pushed="r_hand_dh_frame")
     stand.calibrate()
@@ -169,6 +183,7 @@ def test_an_unknown_sensor_is_refused_with_the_known_ones(
         (DynamicsRequest(action="source", value="moon"), "there are: base"),
         (DynamicsRequest(action="identify", value="now"), "start, solve, discard"),
         (DynamicsRequest(action="identify", value="solve"), "no sweep is under way"),
+        (DynamicsRequest(action="assume", value="custom"), "custom needs a contact"),
         (
             DynamicsRequest(
                 action="assume", value="custom", contacts=(AssumedContact(frame="tail"),)
