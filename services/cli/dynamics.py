@@ -23,6 +23,7 @@ from services.streams import DYNAMICS_HEALTH, DYNAMICS_MODELS, EXTERNAL
 
 FAILED = 2
 REFUSED = 1
+INTERRUPTED = 130
 
 
 def dynamics_status(*, stack: str = "icub") -> int:
@@ -79,6 +80,10 @@ def dynamics_calibrate(*sensors: str, samples: int = 200, stack: str = "icub") -
             if not client.ask(request):
                 return REFUSED
             health = client.wait_for_calibration(sensors)
+    except KeyboardInterrupt:
+        stop = " ".join(["ulna dynamics reset", *sensors])
+        complain(f"the calibration goes on in the running stack; `{stop}` stops it")
+        return INTERRUPTED
     except ServiceError as error:
         return _complain(error)
     asked = [sensor for sensor in health.sensors if not sensors or sensor.name in sensors]
@@ -101,7 +106,9 @@ def dynamics_reset(*sensors: str, stack: str = "icub") -> int:
     Returns:
         Exit status: 0, 1 when refused, 2 without an answer.
     """
-    return _request(DynamicsRequest(action="reset", sensors=sensors), stack)
+    named = ", ".join(sensors) or "all sensors"
+    request = DynamicsRequest(action="reset", sensors=sensors)
+    return _request(request, stack, f"reset: offset and found gain of {named} are forgotten")
 
 
 def dynamics_assume(
@@ -141,7 +148,8 @@ def dynamics_assume(
     request = DynamicsRequest(
         action="assume", value=contacts, contacts=listed, mainstay=not hanging, known=loads
     )
-    return _request(request, stack)
+    count = f", {len(loads)} known load{'' if len(loads) == 1 else 's'}" if loads else ""
+    return _request(request, stack, f"contacts: {' '.join([contacts, *frames])}{count}")
 
 
 def dynamics_source(source: str, /, *, stack: str = "icub") -> int:
@@ -156,7 +164,8 @@ def dynamics_source(source: str, /, *, stack: str = "icub") -> int:
     Returns:
         Exit status: 0, 1 when refused, 2 without an answer.
     """
-    return _request(DynamicsRequest(action="source", value=source), stack)
+    request = DynamicsRequest(action="source", value=source)
+    return _request(request, stack, f"motion of the base from: {source}")
 
 
 def dynamics_identify(
@@ -196,6 +205,11 @@ def dynamics_identify(
                 client.ask(_sweep(sensor, "discard"))
                 raise
             if not client.ask(_sweep(sensor, "solve")):
+                client.ask(_sweep(sensor, "discard"))
+                complain(
+                    f"the sweep is discarded; one with more than --moves {moves} or "
+                    f"--degrees {degrees:g} shows more"
+                )
                 return REFUSED
             client.wait_for(DYNAMICS_HEALTH)  # may have been on its way before the request
             health = client.wait_for(DYNAMICS_HEALTH)
@@ -242,12 +256,15 @@ def _write(path: Path, text: str) -> None:
         raise ConfigError(f"cannot write {path}: {error.strerror}") from error
 
 
-def _request(request: DynamicsRequest, stack: str) -> int:
+def _request(request: DynamicsRequest, stack: str, done: str) -> int:
     try:
         with DynamicsClient(stack) as client:
-            return 0 if client.ask(request) else REFUSED
+            if not client.ask(request):
+                return REFUSED
     except ServiceError as error:
         return _complain(error)
+    print(done)
+    return 0
 
 
 def _complain(error: ServiceError) -> int:

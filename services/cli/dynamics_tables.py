@@ -30,9 +30,16 @@ def sensor_table(health: DynamicsHealth) -> Table:
 
 
 def silent_lines(health: DynamicsHealth) -> list[str]:
-    """Parts that get no torques, and what is wrong with the IMU."""
+    """Parts that get no torques, what is wrong with the IMU, and what is to be calibrated."""
     lines = [f"no torques for {part}: {reason}" for part, reason in health.silent]
-    return [*lines, *([f"IMU: {health.imu}"] if health.imu else [])]
+    if health.imu:
+        lines.append(f"IMU: {health.imu}")
+    # One that has another fault as well cannot be calibrated.
+    only_uncalibrated = [s.name for s in health.sensors if s.flags == ("uncalibrated",)]
+    if only_uncalibrated:
+        names = ", ".join(only_uncalibrated)
+        lines.append(f"no offset is known of {names}: `ulna dynamics calibrate` finds it")
+    return lines
 
 
 def contact_table(contacts: Contacts) -> Table:

@@ -143,7 +143,7 @@ def _request(request: LearnerRequest, stack: str) -> int:
         with DynamicsClient(stack) as client:
             if "learner" not in client.bus.alive():
                 raise ServiceError(_silence(client, stack))
-            reply = client.bus.call(LEARNER_CALL, request)
+            reply = client.call(LEARNER_CALL, request)
     except ServiceError as error:
         complain(error)
         return FAILED
@@ -155,6 +155,7 @@ def _request(request: LearnerRequest, stack: str) -> int:
 
 
 def _silence(client: DynamicsClient, stack: str) -> str:
+    client.check_up()
     if "learner" not in client.bus.alive():
         return (
             f"no learner process in stack {stack!r}: its parts have no force/torque sensor, "

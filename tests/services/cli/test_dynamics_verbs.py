@@ -62,6 +62,16 @@ def test_a_sensor_is_shown_with_its_flags_offset_and_task() -> None:
     ]
 
 
+def test_a_sensor_that_lacks_only_its_offset_is_told_with_the_verb_that_finds_it() -> None:
+    def sensor(name: str, *flags: str) -> SensorHealth:
+        return SensorHealth(name=name, ok=False, flags=flags, offset=(), mean=(), std=())
+
+    sensors = (sensor("l_arm_ft", "frozen", "uncalibrated"), sensor("r_arm_ft", "uncalibrated"))
+    assert silent_lines(DynamicsHealth(stamp_ns=0, sensors=sensors)) == [
+        "no offset is known of r_arm_ft: `ulna dynamics calibrate` finds it"
+    ]
+
+
 def test_a_contact_is_shown_with_the_size_of_its_force() -> None:
     contact = ContactEstimate(
         limb="left_arm",
