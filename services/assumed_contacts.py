@@ -41,8 +41,14 @@ def requested_assumption(body: Body, request: DynamicsRequest, source: str) -> A
 
     Raises:
         AssumptionRefusedError: no such set, frame or kind, no contact at all, a load that is not
-            finite, or crawling without an IMU.
+            finite, crawling without an IMU, or frames for a set that takes none.
     """
+    if request.value in SETS and request.value != "custom":
+        listed = [contact.frame for contact in request.contacts]
+        listed += [] if request.mainstay or request.value == "crawling" else ["a base that hangs"]
+        if listed:
+            text = ", ".join(listed)
+            raise AssumptionRefusedError(f"{request.value} does not take {text}; `custom` does")
     known = tuple(_known(body, load) for load in request.known)
     return replace(_named_set(body, request, source), known=known)
 

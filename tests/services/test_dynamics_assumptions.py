@@ -99,6 +99,25 @@ def test_loads_are_forgotten_with_the_next_assumption(stand: Stand) -> None:
     assert stand.bench.last(DYNAMICS_MODELS).known == ()
 
 
+@pytest.mark.parametrize("contacts", ["default", "standing", "crawling"])
+def test_a_set_that_takes_no_frames_refuses_them(stand: Stand, contacts: str) -> None:
+    hand = (AssumedContact(frame="r_hand"),)
+    reply = stand.request(DynamicsRequest(action="assume", value=contacts, contacts=hand))
+    assert (reply.ok, reply.reason) == (False, f"{contacts} does not take r_hand; `custom` does")
+    assert stand.dynamics.assumption_name == "default"
+
+
+def test_a_set_that_is_held_refuses_to_hang(stand: Stand) -> None:
+    reply = stand.request(DynamicsRequest(action="assume", value="default", mainstay=False))
+    assert reply.reason == "default does not take a base that hangs; `custom` does"
+
+
+def test_an_unknown_kind_of_contact_is_told_with_those_that_there_are(stand: Stand) -> None:
+    odd = (AssumedContact(frame="r_hand", kind="twist"),)
+    reply = stand.request(DynamicsRequest(action="assume", value="custom", contacts=odd))
+    assert reply.reason == "no kind of contact 'twist'; there are: wrench, force, direction"
+
+
 def test_two_wrenches_on_one_arm_cannot_be_told_apart_and_silence_it(stand: Stand) -> None:
     both = tuple(AssumedContact(frame=frame) for frame in ("l_hand", "l_forearm"))
     assert stand.request(DynamicsRequest(action="assume", value="custom", contacts=both)).ok
