@@ -1,5 +1,6 @@
 """The command `ulna`: one verb per file in this folder."""
 
+import os
 import sys
 import tomllib
 from importlib import import_module, metadata
@@ -13,6 +14,12 @@ from services.core.errors import ProcessDiedError, ServiceError
 
 PACKAGES = ("services", "hal", "dforc", "firmware_sim")
 USAGE_ERROR = 2
+# Linear algebra on one thread, as ./ulna has it: small matrices are slower on many.
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+UP = """Start the stack, watch it, and stop it with Ctrl-C.
+
+Ctrl-C brings the limbs down and idles them; a second one idles them at once.
+"""
 
 app = cyclopts.App(
     name="ulna",
@@ -45,7 +52,7 @@ for request in ("status", "calibrate", "reset", "assume", "source", "identify"):
     dynamics.command(f"services.cli.dynamics:dynamics_{request}", name=request)
 for request in ("status", "save", "restore", "reset", "freeze", "resume"):
     learner.command(f"services.cli.learner:learner_{request}", name=request)
-app.command("services.cli.up:up", name="up")
+app.command("services.cli.up:up", name="up", help=UP)
 demo.command("services.cli.demo:reach", name="reach")
 for verb in experiments.VERBS:  # they load what they need when they run
     experiment.command(verb)
@@ -87,6 +94,8 @@ def check_one_home() -> None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run one command line; errors that a user can mend are one sentence, never a traceback."""
+    for setting in ONE_THREAD:  # read once, when numpy is imported: not yet, verbs are by name
+        os.environ.setdefault(setting, "1")
     try:
         check_one_home()
         status = app(arguments, result_action="return_value")
