@@ -7,7 +7,7 @@ import pytest
 from services.core.errors import ConfigError
 from services.experiments import icubdyn
 from services.experiments.arm_learning import ArmTask, Rows, load_task, predict_then_update
-from services.experiments.force_fig7 import force_fig7
+from services.experiments.force_fig7 import Curve, Outcome, force_fig7, rows_of
 
 
 def test_a_label_that_is_late_is_learned_after_the_guess_that_it_is_late_for() -> None:
@@ -36,6 +36,18 @@ def test_the_curve_is_the_average_so_far_in_the_variance_of_the_whole_test() -> 
 def test_without_the_recording_it_says_where_it_is_from(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match=r"icubdyn\.tgz"):
         load_task(tmp_path / "icubdyn.tgz")
+
+
+@pytest.mark.parametrize(
+    ("deviation", "holds"), [(None, []), (5e-5, [True]), (2e-4, [False])], ids=str
+)
+def test_the_deviation_of_the_runs_has_a_bar_where_there_are_several(
+    deviation: float | None, holds: list[bool]
+) -> None:
+    names = ("RFRR 200", "KRR, static", "semi-parametric, 1 s late", "semi-parametric, 5 s late")
+    curves = {name: Curve(name, np.array([0.007]), deviation) for name in names}
+    rows = [row for row in rows_of(Outcome(curves, {})) if "deviation" in row.name]
+    assert [row.holds for row in rows] == holds
 
 
 @pytest.mark.slow
