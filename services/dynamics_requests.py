@@ -59,7 +59,7 @@ def _carry_out(dynamics: "Dynamics", request: DynamicsRequest) -> str:
 def _identify(dynamics: "Dynamics", request: DynamicsRequest) -> str:
     tasks = dynamics.tasks
     if request.value == "start":
-        tasks.sweep(request.sensors)
+        tasks.sweep(request.sensors, dynamics.filtered.is_pressed)
     elif request.value == "solve":
         return tasks.solve(request.sensors)
     elif request.value == "discard":

@@ -111,7 +111,8 @@ class FilteredBody:
             else:
                 detector.reset()
         if tasks.is_sweeping:
-            tasks.add_pose(predicted, now_ns * NS_TO_S)
+            fastest = float(np.abs(dq).max())
+            tasks.add_pose(predicted, now_ns * NS_TO_S, heard, fastest, self.is_pressed)
         evidence = Evidence(
             estimate,
             uncorrected or estimate,

@@ -1,20 +1,17 @@
 """Work on FT sensors that takes time: finding offsets, and gain matrices from a pose sweep.
 
 Calibration runs on the unfiltered readings at their full rate and ends by itself; a sweep collects
-filtered readings until it is told to stop. Neither stops anything else: the old offset and gain
-hold until the new ones are complete, and sensors that are not named are not touched.
+filtered readings until it is told to stop (pose_sweeps.py). Neither stops anything else: the old
+offset and gain hold until the new ones are complete, and sensors that are not named are not
+touched.
 """
 
 from collections.abc import Callable, Sequence
 
-import numpy as np
-
 from dforc.arrays import Matrix, Vector
-from dforc.errors import DforcError
-from dforc.signals.identification import GainFit, identify_gain
 from dforc.signals.offsets import Calibrations
 from services.body import BodySensor
-from services.core.errors import ServiceError
+from services.pose_sweeps import PoseSweeps, TaskRefusedError
 from services.sensor_bank import SensorBank
 
 SLOW_RAD_S = 0.35  # the accelerations of slower motion weigh less than a sensor's noise
@@ -22,12 +19,6 @@ PATIENCE = 5000  # samples in a row that are of no use before a calibration is g
 MOST_SAMPLES = 100_000
 MOST_SPREAD_N = 3.0  # of the samples: more than slow motion and noise can be
 MOST_SPREAD_NM = 0.3
-SWEEP_MOST = 20_000  # samples: more than three minutes
-FEWEST_DIRECTIONS = 4  # of six that a sweep has to excite
-
-
-class TaskRefusedError(ServiceError):
-    """The sensors cannot be worked on now; the text says why and what to do."""
 
 
 class SensorTasks:
@@ -38,7 +29,7 @@ class SensorTasks:
         self._names = tuple(sensor.name for sensor in sensors)
         self._calibrations = Calibrations(self._names)
         self._useless = dict.fromkeys(self._names, 0)
-        self._sweeps: dict[int, list[tuple[Vector, Vector]]] = {}
+        self._sweeps = PoseSweeps(sensors, bank)
         self.outcome = dict.fromkeys(self._names, "")  # of each sensor's last task
 
     @property
@@ -92,11 +83,7 @@ class SensorTasks:
                 flags = [flag for flag in self._bank.flags(i) if flag != "uncalibrated"]
                 seek = "; see `ulna can scan`" if {"missing", "late"} & set(flags) else ""
                 raise TaskRefusedError(f"{name} gives no good readings ({', '.join(flags)}){seek}")
-            if self._bank.valid[i] and is_touched(i):
-                raise TaskRefusedError(
-                    f"{name}: something touches the limb; free it, or, if nothing does, "
-                    f"reset the sensor first"
-                )
+            self._refuse_touch(i, is_touched)
         self._calibrations.start([self._names[i] for i in chosen], samples)
         for i in chosen:
             self._useless[self._names[i]] = 0
@@ -130,48 +117,63 @@ class SensorTasks:
                 if self._useless[name] >= PATIENCE:
                     self._give_up(name, self._why_useless(i, heard[i], fastest_rad_s))
 
-    def sweep(self, names: Sequence[str]) -> None:
-        """Begin to collect poses, anew where that goes on already."""
-        for i in self.chosen(names):
-            self._sweeps[i] = []
+    def sweep(self, names: Sequence[str], is_touched: Callable[[int], bool]) -> None:
+        """Begin to collect poses, anew where that goes on already.
+
+        Raises:
+            TaskRefusedError: something touches a limb; nothing was begun.
+        """
+        chosen = self.chosen(names)
+        for i in chosen:
+            self._refuse_touch(i, is_touched)
+        for i in chosen:
+            self._sweeps.start(i)
             self.outcome[self._names[i]] = ""
 
-    def add_pose(self, internal: Matrix, now_s: float) -> None:
-        """A filtered sample, with what the model says of it."""
-        for i, samples in self._sweeps.items():
-            channel = self._bank.channels[i]
-            if self._bank.is_filtered(i) and len(samples) < SWEEP_MOST:
-                matrix, wrench = channel.matrix, channel.filtered(now_s) + channel.offset
-                raw: Vector = np.asarray(np.linalg.solve(matrix, wrench), dtype=np.float64)
-                samples.append((raw, internal[i].copy()))
+    def add_pose(
+        self,
+        internal: Matrix,
+        now_s: float,
+        heard: tuple[bool, ...],
+        fastest_rad_s: float,
+        is_touched: Callable[[int], bool],
+    ) -> None:
+        """A filtered sample, with what the model says of it.
+
+        `heard` says of which sensors the joints around them are known.
+        """
+        self._sweeps.add(internal, now_s, heard, fastest_rad_s, is_touched)
 
     def solve(self, names: Sequence[str]) -> str:
         """Gain and offset of the sensors from their sweeps, in use from now on; a summary.
 
+        A calibration of such a sensor ends: its samples are of the old gain.
+
         Raises:
-            TaskRefusedError: no sweep, or one that shows too little; it goes on.
+            TaskRefusedError: no sweep, or one that is not to be believed; it goes on.
         """
         chosen = [i for i in self.chosen(names) if i in self._sweeps or names]
-        fits = [(i, self._fit(i)) for i in chosen]
+        fits = [(i, self._sweeps.fit(i)) for i in chosen]
         if not fits:
             raise TaskRefusedError("no sweep is under way; start one first")
         for i, fit in fits:
-            del self._sweeps[i]
+            self._calibrations.cancel(self._names[i])
+            self.outcome[self._names[i]] = self._sweeps.summary(i, fit)
+            self._sweeps.end(i)
             self._bank.set_gain(i, fit.matrix)
             self._bank.set_offset(i, fit.offset)
-            self.outcome[self._names[i]] = _summary(fit)
-        return "; ".join(f"{self._names[i]}: {_summary(fit)}" for i, fit in fits)
+        return "; ".join(f"{self._names[i]}: {self.outcome[self._names[i]]}" for i, _ in fits)
 
     def discard(self, names: Sequence[str]) -> None:
         """Forget the sweeps."""
         for i in self.chosen(names):
-            self._sweeps.pop(i, None)
+            self._sweeps.end(i)
 
     def reset(self, names: Sequence[str]) -> None:
         """Forget offsets and found gains, and end what is under way."""
         for i in self.chosen(names):
             self._calibrations.cancel(self._names[i])
-            self._sweeps.pop(i, None)
+            self._sweeps.end(i)
             self._bank.forget(i)
             self.outcome[self._names[i]] = ""
 
@@ -181,8 +183,15 @@ class SensorTasks:
         if running is not None:
             return "calibrating", running.count, running.wanted
         if sensor in self._sweeps:
-            return "identifying", len(self._sweeps[sensor]), 0
+            return "identifying", self._sweeps.count(sensor), 0
         return "", 0, 0
+
+    def _refuse_touch(self, sensor: int, is_touched: Callable[[int], bool]) -> None:
+        if self._bank.valid[sensor] and is_touched(sensor):
+            raise TaskRefusedError(
+                f"{self._names[sensor]}: something touches the limb; free it, or, if nothing "
+                f"does, reset the sensor first"
+            )
 
     def _finish(self, sensor: int, name: str, offset: Vector, spread: Vector) -> None:
         force, moment = float(spread[:3].max()), float(spread[3:].max())
@@ -201,25 +210,3 @@ class SensorTasks:
     def _give_up(self, name: str, reason: str) -> None:
         self._calibrations.cancel(name)
         self.outcome[name] = f"calibration given up: {reason}"
-
-    def _fit(self, sensor: int) -> GainFit:
-        name = self._names[sensor]
-        samples = self._sweeps.get(sensor)
-        if samples is None:
-            raise TaskRefusedError(f"{name}: no sweep is under way; start one first")
-        try:
-            raw = np.array([raw for raw, _ in samples]).reshape(-1, 6)
-            fit = identify_gain(raw, np.array([p for _, p in samples]).reshape(-1, 6))
-        except DforcError as error:
-            raise TaskRefusedError(f"{name}: {error}; move the limb on") from error
-        if fit.rank < FEWEST_DIRECTIONS:
-            raise TaskRefusedError(
-                f"{name}: the sweep shows {fit.rank} of 6 directions, {FEWEST_DIRECTIONS} are "
-                f"needed; move the limb through more postures"
-            )
-        return fit
-
-
-def _summary(fit: GainFit) -> str:
-    before, after = (float(np.linalg.norm(r[:3])) for r in (fit.residual_before, fit.residual))
-    return f"{fit.rank} of 6 directions, {before:.2f} N unexplained before, {after:.2f} N now"

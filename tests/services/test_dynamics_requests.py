@@ -13,7 +13,7 @@ from services.streams import (
     DYNAMICS_STATUS,
     TORQUE_ESTIMATE,
 )
-from tests.services.whole_body import OFFSET, Stand, swing
+from tests.services.whole_body import OFFSET, Stand
 
 LEFT, RIGHT = TORQUE_ESTIMATE["left_arm"], TORQUE_ESTIMATE["right_arm"]
 LEVEL_N = 0.02  # what a calibration from noise of 0.02 N in 100 samples stays inside of
@@ -234,28 +234,6 @@ def test_what_cannot_be_is_refused_with_what_can(
     assert stand.silent() == {}
 
 
-def test_a_pose_sweep_finds_gain_and_offset(arms: RobotFile) -> None:
-    stand = Stand(arms)
-    gain = np.diag([0.6, 1.4, 1.1, 0.9, 1.2, 0.8])
-    stand.gains = {"l_arm_ft": gain}
-    stand.run(20)
-    assert stand.ask("identify", "l_arm_ft", value="start").ok
-    stand.path = swing(stand.q_rad, 0.8, 0.3)
-    stand.run(6000)
-    assert stand.health("l_arm_ft").task == "identifying"
-    reply = stand.ask("identify", "l_arm_ft", value="solve")
-    assert reply.ok, reply.reason
-    assert "l_arm_ft: " in reply.reason
-    assert stand.health("r_arm_ft").flags == ("uncalibrated",)
-    stand.run(1000)  # the path goes on to other postures
-    health = stand.health("l_arm_ft")
-    assert health.ok
-    assert len(health.gain) == 36
-    # Up to 40 % of a limb's 15 N were wrong.
-    assert np.abs(health.mean[:3]).max() < 0.1
-    assert np.abs(health.std[:3]).max() < 0.15
-
-
 def test_gains_of_the_robot_file_hold_from_the_start_and_after_a_reset(arms: RobotFile) -> None:
     gain = np.diag([0.6, 1.4, 1.1, 0.9, 1.2, 0.8])
     sensor = msgspec.structs.replace(arms.sensors["l_arm_ft"], gain=tuple(gain.ravel().tolist()))
@@ -272,17 +250,3 @@ def test_gains_of_the_robot_file_hold_from_the_start_and_after_a_reset(arms: Rob
     part = next(part for part in stand.body.parts if part.name == "left_arm")
     estimate = stand.bench.last(LEFT).tau_nm
     assert estimate[:5] == pytest.approx(stand.tau_nm()[part.start : part.start + 5], abs=0.03)
-
-
-def test_a_sweep_without_motion_is_refused_and_goes_on(stand: Stand) -> None:
-    assert stand.ask("identify", "l_arm_ft", value="start").ok
-    stand.run(1000)
-    before = stand.dynamics.bank.channels[0].matrix
-    reply = stand.ask("identify", "l_arm_ft", value="solve")
-    assert not reply.ok
-    assert "move the limb through more postures" in reply.reason
-    assert (stand.dynamics.bank.channels[0].matrix == before).all()
-    assert stand.health("l_arm_ft").task == "identifying"
-    assert stand.ask("identify", "l_arm_ft", value="discard").ok
-    stand.run(110)
-    assert stand.health("l_arm_ft").task == ""
