@@ -106,7 +106,7 @@ class Dynamics(Service):
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
         """One estimate per batch of readings."""
-        answer(self, inputs, outputs)
+        answer(self, now_ns, inputs, outputs)
         new_joints = self.joints.take(now_ns, inputs)
         if new_joints:
             self.source.add_joints(self.joints.q_rad, now_ns)
@@ -117,6 +117,7 @@ class Dynamics(Service):
         wanted = self.gate.speaking or self.tasks.is_calibrating
         if new_readings and wanted and self.source.is_ready:
             self._estimate(now_ns, outputs)
+        self.tasks.look(now_ns, self.gate.trouble_around)
         if new_joints:
             self.filtered.add_joints(self.joints.q_rad, now_ns)
         if now_ns >= self._next_look_ns:
@@ -175,7 +176,7 @@ class Dynamics(Service):
             fastest = float(np.abs(joints.dq_rad_s).max())
             touched = self.filtered.is_pressed
             internal = self.loads.added_to(estimate.internal, self.estimator)
-            self.tasks.add_readings(internal, fastest, self.gate.heard, touched)
+            self.tasks.add_readings(now_ns, internal, fastest, self.gate.heard, touched)
 
     def _look(self, now_ns: int, outputs: Outputs) -> None:
         self._looks += 1

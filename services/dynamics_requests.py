@@ -18,27 +18,28 @@ ACTIONS = ("calibrate", "reset", "assume", "source", "identify")
 STAGES = ("start", "solve", "discard")
 
 
-def answer(dynamics: "Dynamics", inputs: Inputs, outputs: Outputs) -> None:
+def answer(dynamics: "Dynamics", now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
     """Answer all requests that have arrived."""
     for token, asked in inputs.requests(FT_CALL):
         request = DynamicsRequest(action="calibrate", sensors=asked.sensors, samples=asked.samples)
-        outputs.reply(FT_CALL, token, _reply(dynamics, request))
+        outputs.reply(FT_CALL, token, _reply(dynamics, now_ns, request))
     for token, request in inputs.requests(DYNAMICS_CALL):
-        outputs.reply(DYNAMICS_CALL, token, _reply(dynamics, request))
+        outputs.reply(DYNAMICS_CALL, token, _reply(dynamics, now_ns, request))
 
 
-def _reply(dynamics: "Dynamics", request: DynamicsRequest) -> Reply:
+def _reply(dynamics: "Dynamics", now_ns: int, request: DynamicsRequest) -> Reply:
     try:
-        return Reply(ok=True, reason=_carry_out(dynamics, request))
+        return Reply(ok=True, reason=_carry_out(dynamics, now_ns, request))
     except (ServiceError, DforcError) as error:
         return Reply(ok=False, reason=str(error))
 
 
-def _carry_out(dynamics: "Dynamics", request: DynamicsRequest) -> str:
+def _carry_out(dynamics: "Dynamics", now_ns: int, request: DynamicsRequest) -> str:
     tasks = dynamics.tasks
     if request.action == "calibrate":
         touched = dynamics.filtered.is_pressed
-        tasks.calibrate(request.sensors, request.samples, dynamics.gate.trouble_around, touched)
+        around = dynamics.gate.trouble_around
+        tasks.calibrate(request.sensors, request.samples, now_ns, around, touched)
     elif request.action == "reset":
         tasks.reset(request.sensors)
     elif request.action == "assume":

@@ -15,7 +15,8 @@ from services.pose_sweeps import PoseSweeps, TaskRefusedError
 from services.sensor_bank import SensorBank
 
 SLOW_RAD_S = 0.35  # the accelerations of slower motion weigh less than a sensor's noise
-PATIENCE = 5000  # samples in a row that are of no use before a calibration is given up
+SILENT_NS = 500_000_000  # without a good reading, and a calibration is given up
+PATIENCE_NS = 10_000_000_000  # with readings, but none of use
 MOST_SAMPLES = 100_000
 MOST_SPREAD_N = 3.0  # of the samples: more than slow motion and noise can be
 MOST_SPREAD_NM = 0.3
@@ -28,7 +29,9 @@ class SensorTasks:
         self._bank = bank
         self._names = tuple(sensor.name for sensor in sensors)
         self._calibrations = Calibrations(self._names)
-        self._useless = dict.fromkeys(self._names, 0)
+        self._heard_ns = [0] * len(sensors)  # of a calibration's last good reading
+        self._useful_ns = [0] * len(sensors)  # of the last that was of use
+        self._why = [""] * len(sensors)  # readings are of no use
         self._sweeps = PoseSweeps(sensors, bank)
         self.outcome = dict.fromkeys(self._names, "")  # of each sensor's last task
 
@@ -58,6 +61,7 @@ class SensorTasks:
         self,
         names: Sequence[str],
         samples: int,
+        now_ns: int,
         trouble_around: Callable[[int], str],
         is_touched: Callable[[int], bool],
     ) -> None:
@@ -66,6 +70,7 @@ class SensorTasks:
         Args:
             names: sensors; none = all.
             samples: readings to average.
+            now_ns: when it begins.
             trouble_around: why the joints around a sensor are not known; empty = they are.
             is_touched: whether something touches the limb beyond it.
 
@@ -86,11 +91,13 @@ class SensorTasks:
             self._refuse_touch(i, is_touched)
         self._calibrations.start([self._names[i] for i in chosen], samples)
         for i in chosen:
-            self._useless[self._names[i]] = 0
+            self._heard_ns[i] = self._useful_ns[i] = now_ns
+            self._why[i] = ""
             self.outcome[self._names[i]] = ""
 
     def add_readings(
         self,
+        now_ns: int,
         internal: Matrix,
         fastest_rad_s: float,
         heard: tuple[bool, ...],
@@ -108,14 +115,30 @@ class SensorTasks:
             if self._bank.valid[i] and is_touched(i):
                 self._give_up(name, "something touches the limb")
             elif useful:
-                self._useless[name] = 0
+                self._useful_ns[i] = now_ns
                 measured = self._bank.without_offset(i)
                 if self._calibrations.add(name, measured, internal[i]) is not None:
                     self._finish(i, name, running.offset, running.spread)
-            else:
-                self._useless[name] += 1
-                if self._useless[name] >= PATIENCE:
-                    self._give_up(name, self._why_useless(i, heard[i], fastest_rad_s))
+            elif not heard[i]:
+                self._why[i] = "the joints around it are not known"
+            elif fastest_rad_s > SLOW_RAD_S:
+                self._why[i] = (
+                    f"a joint moves at {fastest_rad_s:.2f} rad/s, at most {SLOW_RAD_S} is slow "
+                    f"enough"
+                )
+
+    def look(self, now_ns: int, trouble_around: Callable[[int], str]) -> None:
+        """Once per step, with readings or without: give up calibrations that get nowhere."""
+        for i, name in enumerate(self._names):
+            if self._calibrations.progress(name) is None:
+                continue
+            if self._bank.new[i]:
+                self._heard_ns[i] = now_ns
+            if now_ns - self._heard_ns[i] > SILENT_NS:
+                flags = ", ".join(self._bank.flags(i))
+                self._give_up(name, f"no good readings for {SILENT_NS / 1e9} s ({flags})")
+            elif now_ns - self._useful_ns[i] > PATIENCE_NS:
+                self._give_up(name, trouble_around(i) or self._why[i])
 
     def sweep(self, names: Sequence[str], is_touched: Callable[[int], bool]) -> None:
         """Begin to collect poses, anew where that goes on already.
@@ -199,13 +222,6 @@ class SensorTasks:
             self._give_up(name, f"readings differ by {force:.1f} N, {moment:.2f} Nm: touched?")
         else:
             self._bank.set_offset(sensor, offset)
-
-    def _why_useless(self, sensor: int, heard: bool, fastest_rad_s: float) -> str:
-        if not self._bank.is_heard(sensor):
-            return f"no good readings ({', '.join(self._bank.flags(sensor))})"
-        if not heard:
-            return "the joints around it are not known"
-        return f"a joint moves at {fastest_rad_s:.2f} rad/s, at most {SLOW_RAD_S} is slow enough"
 
     def _give_up(self, name: str, reason: str) -> None:
         self._calibrations.cancel(name)

@@ -138,6 +138,40 @@ def test_calibration_is_refused_without_joints_or_readings(arms: RobotFile) -> N
         assert why in reply.reason
 
 
+def test_calibration_is_given_up_when_the_sensor_falls_silent() -> None:
+    """The only sensor: nothing but joint states starts a step then."""
+    stand = Stand(load_robot("icub:right_arm"))
+    stand.calibrate()
+    before = stand.dynamics.bank.channels[0].offset
+    stand.offsets["r_arm_ft"] = stand.offsets["r_arm_ft"] + 0.5
+    assert stand.ask("calibrate", "r_arm_ft", samples=500).ok
+    stand.run(50)
+    stand.faults = {"r_arm_ft": None}
+    stand.run(450)
+    assert stand.health("r_arm_ft").task == "calibrating"
+    stand.run(200)
+    assert stand.health("r_arm_ft").task == ""
+    assert stand.health("r_arm_ft").reason == (
+        "calibration given up: no good readings for 0.5 s (missing)"
+    )
+    stand.faults = {}
+    stand.run(600)
+    assert (stand.dynamics.bank.channels[0].offset == before).all()
+
+
+def test_calibration_is_given_up_when_the_arm_moves_fast_for_ten_seconds(
+    arms: RobotFile,
+) -> None:
+    stand = Stand(arms)
+    stand.run(20)
+    stand.dq_rad_s = np.full(len(stand.q_rad), 0.5)
+    assert stand.ask("calibrate", "r_arm_ft").ok
+    stand.run(9_900)
+    assert stand.health("r_arm_ft").task == "calibrating"
+    stand.run(250)
+    assert "given up: a joint moves at 0.50 rad/s" in stand.health("r_arm_ft").reason
+
+
 @pytest.mark.parametrize("samples", [0, 1_000_000])
 def test_a_calibration_of_absurd_length_is_refused(stand: Stand, samples: int) -> None:
     reply = stand.ask("calibrate", samples=samples)
