@@ -16,7 +16,7 @@ from services.script import Script
 
 SETTLED_S, PUSH_S, BACK_S = 1.5, 2.5, 2.0
 MEAN_S = 0.1
-REST_S = 0.5
+REST_S, REST_MEAN_S = 0.5, 1.0
 ROUNDS = 60
 
 
@@ -30,7 +30,8 @@ class Deflection:
     predicted_m: Vector
     moved_m: Vector
     back_m: float  # how far from where it was before, after the push
-    rest_rad_s: float  # fastest compliant joint, mean over 50 ms, at the end of all
+    rest_rad_s: float  # fastest compliant joint in the last REST_S, mean over 50 ms
+    rest_mean_rad_s: float  # of the joint that went the longest way in the last REST_MEAN_S
     trace_m: Vector  # along the prediction, each millisecond from the beginning of the push
 
     @property
@@ -83,6 +84,7 @@ def _round(trial: LoopTrial, k: int, found: list[Deflection]) -> Script:
                 moved_m=point.place_m(q1) - point.place_m(still),
                 back_m=float(np.linalg.norm(point.place_m(rows[-100:].mean(0)) - start)),
                 rest_rad_s=_rest(trial, limb),
+                rest_mean_rad_s=_rest_mean(trial, limb),
                 trace_m=np.array([(point.place_m(row) - start) @ along for row in rows]),
             )
         )
@@ -115,3 +117,9 @@ def _rest(trial: LoopTrial, limb: Limb) -> float:
     rows = world.angles(limb.compliant, world.ticks - round(REST_S * 1e3), world.ticks)
     speeds: Vector = np.abs(rows[50:] - rows[:-50]).max(0) / 0.05
     return float(speeds.max())
+
+
+def _rest_mean(trial: LoopTrial, limb: Limb) -> float:
+    world = trial.world
+    rows = world.angles(limb.compliant, world.ticks - round(REST_MEAN_S * 1e3), world.ticks)
+    return float(np.abs(np.diff(rows, axis=0)).sum(0).max() / REST_MEAN_S)

@@ -111,6 +111,7 @@ def test_deflection_counts_along_the_predicted_one() -> None:
         moved_m=np.array([0.01, 0.0, -0.045]),
         back_m=0.0,
         rest_rad_s=0.0,
+        rest_mean_rad_s=0.0,
         trace_m=np.zeros(1),
     )
     assert pushed.ratio == pytest.approx(0.9)
@@ -146,6 +147,7 @@ def test_an_arm_gives_way_as_its_stiffness_says_and_can_be_led_by_the_hand() -> 
     assert [one.place for one in found.deflections] == ["hand", "elbow"]
     assert all(0.9 <= one.ratio <= 1.1 for one in found.deflections)
     assert all(one.back_m < 0.005 for one in found.deflections)
+    assert all(0.0 <= one.rest_mean_rad_s < np.radians(1.0) for one in found.deflections)
     (led,) = found.guidings
     assert np.degrees(led.drift_rad) < 0.5
     assert 0.0 < led.force_n < led.peak_n < 15.0
