@@ -27,7 +27,9 @@ def carry_out(client: StackClient, word: str, request: RobotRequest) -> None:
         ServiceError: no answer, or no end.
     """
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    console = Console(stderr=True)
+    silent = not console.is_terminal
+    with Progress(*columns, console=console, transient=True, disable=silent) as progress:
         line = progress.add_task(word, total=None)
         end_ns = client.clock.now_ns() + round(STARTING_PATIENCE_S * NS_PER_S)
         while (status := client.wait_for(ROBOT_STATUS)).phase in STARTING:
