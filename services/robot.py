@@ -21,6 +21,7 @@ from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
 from services.messages import (
+    ImpedanceOffset,
     JointCommand,
     JointState,
     Reply,
@@ -80,7 +81,7 @@ class RobotService(Service):
         self._last_task = 0
         self._finished = 0
         self._failures: list[tuple[int, str]] = []
-        self._newest_command_ns = dict.fromkeys(self._parts, -1)
+        self._newest_ns: dict[tuple[str, str], int] = {}  # stamps taken, by kind and part
         self._refusals: Counter[str] = Counter()
         self._steps = 0
         self.reads = tuple(
@@ -123,7 +124,7 @@ class RobotService(Service):
                 self._hal.set_joint_torques(joints, estimate.tau_nm, estimate.arrival_ns)
             offset = inputs.new(IMPEDANCE_OFFSET[part])
             if offset is not None:
-                self._hal.set_impedance_offsets(joints, offset.tau_nm)
+                self._take_offset(now_ns, part, joints, offset)
 
     def _publish(self, now_ns: int, outputs: Outputs) -> None:
         if self._steps % self._state_every == 0:
@@ -171,17 +172,22 @@ class RobotService(Service):
                     del self._failures[:-FAILURES_KEPT]
         self._finished = min(self._tasks, default=self._last_task + 1) - 1
 
+    def _is_in_time(self, kind: str, part: str, stamp_ns: int, now_ns: int) -> bool:
+        """Whether a message is newer than the last one taken and young enough; if not, counted."""
+        if stamp_ns <= self._newest_ns.get((kind, part), -1):
+            self._refusals[f"{kind} out of order"] += 1
+        elif now_ns - stamp_ns > COMMAND_AGE_NS:
+            self._refusals[f"{kind} too old"] += 1
+        elif stamp_ns - now_ns > COMMAND_AGE_NS:  # taken in, it would shut out all others
+            self._refusals[f"{kind} from the future"] += 1
+        else:
+            return True
+        return False
+
     def _take_command(
         self, now_ns: int, part: str, joints: list[int], command: JointCommand
     ) -> None:
-        if command.stamp_ns <= self._newest_command_ns[part]:
-            self._refusals["command out of order"] += 1
-            return
-        if now_ns - command.stamp_ns > COMMAND_AGE_NS:
-            self._refusals["command too old"] += 1
-            return
-        if command.stamp_ns - now_ns > COMMAND_AGE_NS:  # taken in, it would shut out all others
-            self._refusals["command from the future"] += 1
+        if not self._is_in_time("command", part, command.stamp_ns, now_ns):
             return
         if command.joints:
             named = {name: j for j, name in zip(joints, self._robot.parts[part], strict=True)}
@@ -189,7 +195,7 @@ class RobotService(Service):
                 self._refusals[f"command for joints that {part} has not got"] += 1
                 return
             joints = [named[name] for name in command.joints]
-        self._newest_command_ns[part] = command.stamp_ns
+        self._newest_ns["command", part] = command.stamp_ns
         if command.mode == "direct":
             self._hal.set_positions(joints, command.q_rad)
         elif command.mode == "velocity":
@@ -200,6 +206,13 @@ class RobotService(Service):
             self._hal.set_duties(joints, command.duty_percent)
         else:
             self._refusals[f"unknown command mode {command.mode!r}"] += 1
+
+    def _take_offset(
+        self, now_ns: int, part: str, joints: list[int], offset: ImpedanceOffset
+    ) -> None:
+        if self._is_in_time("impedance offset", part, offset.stamp_ns, now_ns):
+            self._newest_ns["impedance offset", part] = offset.stamp_ns
+            self._hal.set_impedance_offsets(joints, offset.tau_nm)
 
     def _joint_state(self, now_ns: int, joints: list[int]) -> JointState:
         readings = self._hal.joints
