@@ -118,6 +118,8 @@ class Dynamics(Service):
         if new_readings and wanted and self.source.is_ready:
             self._estimate(now_ns, outputs)
         self.tasks.look(now_ns, self.gate.trouble_around)
+        if self.joints.elsewhere:
+            self.filtered.forget_motion()
         if new_joints:
             self.filtered.add_joints(self.joints.q_rad, now_ns)
         if now_ns >= self._next_look_ns:

@@ -67,6 +67,10 @@ class FilteredBody:
         self._joints = model.joints
         self.contacts.assume(assumption)
 
+    def forget_motion(self) -> None:
+        """Joints are not where the filter has them; no look until it is full again."""
+        self._motion.reset()
+
     def add_joints(self, q_rad: Vector, now_ns: int) -> None:
         """A step's new joint states."""
         self._motion.push(q_rad, now_ns * NS_TO_S)

@@ -10,6 +10,7 @@ from services.core.service import Inputs
 from services.messages import JointState
 
 STATE_AGE_NS = 30_000_000  # a few joint states
+ELSEWHERE_RAD = 0.01  # a filter takes more, after a silence, for a jerk
 ABSURD = 1000.0  # rad, rad/s, of all joints of a part together: no joint turns so far or so fast
 
 
@@ -24,6 +25,7 @@ class JointBank:
         self.dq_rad_s: Vector = np.zeros(joints)
         self.refused = 0
         self.fresh = (False,) * len(parts)
+        self.elsewhere = False  # a part came back in this step, and not where it fell silent
         self._parts = parts
         self._arrival_ns = [-STATE_AGE_NS - 1] * len(parts)
         self._index = {part.name: i for i, part in enumerate(parts)}
@@ -32,9 +34,16 @@ class JointBank:
     def take(self, now_ns: int, inputs: Inputs) -> bool:
         """Look at what has arrived; whether some part's state is new."""
         new = False
+        self.elsewhere = False
         for i, part in enumerate(self._parts):
             state = inputs.new(part.state)
-            if state is not None and self._accept(part, state):
+            if state is None:
+                continue
+            last_rad = None if self.fresh[i] else self.q_rad[part.start : part.stop].copy()
+            if self._accept(part, state):
+                if last_rad is not None:
+                    moved_rad = self.q_rad[part.start : part.stop] - last_rad
+                    self.elsewhere |= bool((np.abs(moved_rad) > ELSEWHERE_RAD).any())
                 self._arrival_ns[i] = now_ns
                 new = True
         oldest_ns = now_ns - STATE_AGE_NS

@@ -8,7 +8,7 @@ import pytest
 
 from services.config import load_robot
 from services.robot_tables import RobotFile
-from services.streams import DYNAMICS_MODELS, TORQUE_ESTIMATE
+from services.streams import DYNAMICS_MODELS, DYNAMICS_SAMPLES, EXTERNAL, TORQUE_ESTIMATE
 from tests.services.whole_body import Stand, torque_streams
 
 LOST_MS = 3  # without readings a sensor is lost after two milliseconds
@@ -129,3 +129,28 @@ def test_an_older_reading_that_overtook_a_newer_one_is_refused(stand: Stand) -> 
     stand.bench.put(sensor.wrench, msgspec.structs.replace(old, stamp_ns=stand.now_ns - 5_000_000))
     assert stand.flags("r_arm_ft") == ("reordered",)
     assert len(stand.bench.sent(TORQUE_ESTIMATE["right_arm"])) == before
+
+
+@pytest.mark.parametrize(("turned_rad", "looks_lost"), [(0.45, 16), (0.0, 0)])
+def test_a_part_that_comes_back_elsewhere_is_no_touch_of_the_limbs_on_it(
+    turned_rad: float, looks_lost: int
+) -> None:
+    """No look until 160 ms of the filter are full again; then all is as before."""
+    stand = Stand(load_robot("icub:reach"))
+    stand.calibrate()
+    stand.run(100)
+    stand.unheard = {"torso"}
+    stand.run(1000)
+    torso = next(part for part in stand.body.parts if part.name == "torso")
+    stand.q_rad = stand.q_rad.copy()
+    stand.q_rad[torso.start : torso.stop] += turned_rad
+    looks, samples = len(stand.bench.sent(EXTERNAL)), len(stand.bench.sent(DYNAMICS_SAMPLES))
+    stand.unheard = set()
+    stand.run(500)
+    after = stand.bench.sent(EXTERNAL)[looks:]
+    assert len(after) == 50 - looks_lost
+    assert not any(contact.touching for message in after for contact in message.contacts)
+    for message in stand.bench.sent(DYNAMICS_SAMPLES)[samples:]:
+        for sensor in message.sensors:
+            assert sensor.valid
+            assert sensor.measured == pytest.approx(sensor.predicted, abs=0.1)
