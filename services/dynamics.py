@@ -142,6 +142,7 @@ class Dynamics(Service):
             self.source.use(assumption.source)
             self._gravity.use(assumption.source)
         self.assumption, self.assumption_name = assumption, name
+        self.newest = None  # of other contacts
         self._contacts = assumption.contacts
 
     def _estimate(self, now_ns: int, outputs: Outputs) -> None:
