@@ -128,6 +128,18 @@ def test_two_wrenches_on_one_arm_cannot_be_told_apart_and_silence_it(stand: Stan
     assert stand.silent() == {}
 
 
+def test_an_assumption_that_silences_everybody_does_not_meet_the_estimate_before_it() -> None:
+    """The status that is due next must not look for two contacts in an estimate of one."""
+    stand = Stand(load_robot("icub:right_arm"))
+    stand.calibrate()
+    stand.run(4)
+    assert stand.dynamics.newest is not None
+    both = tuple(AssumedContact(frame=frame) for frame in ("r_hand", "r_forearm"))
+    assert stand.request(DynamicsRequest(action="assume", value="custom", contacts=both)).ok
+    stand.run(30)
+    assert list(stand.silent()) == ["right_arm"]
+
+
 def test_a_lost_arm_is_estimated_where_the_assumption_leaves_one_place_for_a_touch(
     stand: Stand,
 ) -> None:
