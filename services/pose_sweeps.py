@@ -137,15 +137,15 @@ def trouble_with(fit: GainFit) -> str:
         if after > most:
             return (
                 f"{after:.2f} {unit} would stay unexplained, at most {most:.2f} may "
-                f"({before:.2f} before): touched? the gain is not changed; sweep again"
+                f"({before:.2f} before); the gain stays as it was: touched? move on, or start anew"
             )
     scale = np.array(NOISE)
     stretches = np.linalg.svd(fit.matrix / scale[:, None] * scale, compute_uv=False)
     if stretches[0] > MOST_GAIN or stretches[-1] < 1.0 / MOST_GAIN:
         return (
             f"the gain would stretch wrenches by {stretches[-1]:.2f} to {stretches[0]:.2f}, "
-            f"{1.0 / MOST_GAIN} to {MOST_GAIN} are believed: touched? it is not changed; "
-            f"sweep again"
+            f"{1.0 / MOST_GAIN} to {MOST_GAIN} are believed; it stays as it was: touched, or "
+            f"moved too little? move on, or start anew"
         )
     return ""
 
