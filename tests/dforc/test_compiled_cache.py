@@ -7,6 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import cast
 
+import pytest
+
 from dforc.compiled import compiled
 
 PROGRAM = """
@@ -49,12 +51,14 @@ def run(folder: Path, factor: int, before: str = "") -> list[int]:
     return [int(word) for word in done.stdout.split()]
 
 
+@pytest.mark.slow
 def test_the_cache_forgets_what_uses_a_changed_constant(tmp_path: Path) -> None:
     assert run(tmp_path, 3) == [30, 0]
     assert run(tmp_path, 3) == [30, 1]
     assert run(tmp_path, 4) == [40, 0]
 
 
+@pytest.mark.slow
 def test_the_cache_does_not_care_what_else_was_compiled_before(tmp_path: Path) -> None:
     assert run(tmp_path, 3) == [30, 0]
     assert run(tmp_path, 3, before="import firmware_sim.boards.kernel") == [30, 1]

@@ -102,7 +102,7 @@ def holding(robot: RobotFile) -> Iterator[Holding]:
         pytest.param("field", marks=pytest.mark.slow),
         pytest.param("ik", marks=pytest.mark.slow),
         "cartesian",  # the only one of the three whose words the HAL hears
-        "guard",
+        pytest.param("guard", marks=pytest.mark.slow),
     ],
 )
 def test_arm_holds_its_last_reference_and_stays_compliant(holding: Holding, name: str) -> None:
@@ -125,6 +125,7 @@ def test_without_torques_the_hal_makes_the_arm_stiff_before_the_boards_fault(
     assert any("made stiff" in fault for fault in service.faults)
 
 
+@pytest.mark.slow
 def test_without_the_hal_the_guard_makes_the_arm_stiff(holding: Holding) -> None:
     holding.mortals["robot"].alive = False
     holding.run(0.15)
@@ -133,6 +134,7 @@ def test_without_the_hal_the_guard_makes_the_arm_stiff(holding: Holding) -> None
     assert holding.simulation.rig.board_faults == 0
 
 
+@pytest.mark.slow
 def test_guard_that_was_asked_to_stop_before_it_noticed_the_silence_stops(holding: Holding) -> None:
     holding.mortals["robot"].alive = False
     holding.supervisor.told = True
@@ -141,6 +143,7 @@ def test_guard_that_was_asked_to_stop_before_it_noticed_the_silence_stops(holdin
     assert holding.simulation.rig.board_faults == 0
 
 
+@pytest.mark.slow
 def test_without_hal_and_guard_the_boards_fault_and_the_arm_goes_limp(holding: Holding) -> None:
     holding.mortals["robot"].alive = False
     holding.mortals["guard"].alive = False
@@ -149,6 +152,7 @@ def test_without_hal_and_guard_the_boards_fault_and_the_arm_goes_limp(holding: H
     assert holding.run(2.0) > 50.0
 
 
+@pytest.mark.slow
 def test_without_the_bus_the_boards_fault_and_the_report_says_so(holding: Holding) -> None:
     holding.simulation.network.faults("vcan2").bus_off = True
     holding.run(0.5)
@@ -158,6 +162,7 @@ def test_without_the_bus_the_boards_fault_and_the_report_says_so(holding: Holdin
     assert any("bus 2 is off" in fault for fault in service.faults)
 
 
+@pytest.mark.slow
 def test_without_boards_the_hal_names_them(holding: Holding) -> None:
     holding.mortals["boards"].alive = False
     holding.run(0.3)

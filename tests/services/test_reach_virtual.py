@@ -43,6 +43,7 @@ def test_compliant_arm_reaches_around_the_ball_and_again_byte_for_byte(robot: Ro
     assert json.dumps(report) == json.dumps(again)
 
 
+@pytest.mark.slow
 def test_stiff_arm_reaches_around_the_ball(robot: RobotFile) -> None:
     report = run(robot, ReachOptions(seed=1, stiff=True, position_bar_m=STIFF_BAR_M))
     assert report["reached"]
@@ -50,12 +51,14 @@ def test_stiff_arm_reaches_around_the_ball(robot: RobotFile) -> None:
     assert_clean(report)
 
 
+@pytest.mark.slow
 def test_reaches_with_twice_the_delay_between_processes(robot: RobotFile) -> None:
     report = run(robot, ReachOptions(seed=2, position_bar_m=COMPLIANT_BAR_M), hop_ticks=2)
     assert report["reached"]
     assert_clean(report)
 
 
+@pytest.mark.slow
 def test_target_out_of_reach_gets_the_nearest_position_and_says_so(robot: RobotFile) -> None:
     hand_m = limb_model(robot).tip_pose(np.radians(robot.reach.home_deg))[1]
     far = (float(hand_m[0]) - 0.5, float(hand_m[1]), float(hand_m[2]))
