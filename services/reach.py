@@ -125,7 +125,8 @@ class Reach(ScriptedService):
         yield from self.ask("moving home", "move", q_rad=home, duration_s=HOME_S)
         yield from self._wait("settling", SETTLE_S)
         self.say("removing the offset of the force/torque sensor")
-        yield from self.answered(self.outputs.call(FT_CALL, FtRequest()), "zero_ft")
+        limb = FtRequest(sensors=(self._robot.reach.sensor,))
+        yield from self.answered(self.outputs.call(FT_CALL, limb), "zero_ft")
         yield from self.until(
             lambda: (s := self.inputs.latest(DYNAMICS_STATUS)) is not None and s.state == "running",
             TASK_TIMEOUT_S,

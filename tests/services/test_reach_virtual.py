@@ -7,6 +7,7 @@ import pytest
 
 from firmware_sim.rig import Rig
 from services.cli.demo import COMPLIANT_BAR_M, STIFF_BAR_M, succeeded
+from services.config import load_robot
 from services.emulation import rig_spec
 from services.limb import limb_model
 from services.reach import ReachOptions
@@ -49,6 +50,14 @@ def test_stiff_arm_reaches_around_the_ball(robot: RobotFile) -> None:
     assert report["reached"]
     assert clearance_mm(report) >= 5.0
     assert_clean(report)
+
+
+@pytest.mark.slow
+def test_reaches_beside_an_arm_that_takes_no_part_and_is_not_calibrated() -> None:
+    report = run(load_robot("icub:arms"), ReachOptions(seed=0, position_bar_m=COMPLIANT_BAR_M))
+    assert report["failure"] == ""
+    assert report["reached"]
+    assert report["limit_violations"] == 0
 
 
 @pytest.mark.slow
