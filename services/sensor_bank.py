@@ -88,8 +88,7 @@ class SensorBank:
 
     def without_offset(self, sensor: int) -> Vector:
         """The newest good reading (6,) of one sensor as a calibration wants it."""
-        wrench: Vector = self._gain[sensor] @ self.raw[sensor]
-        return wrench
+        return self.channels[sensor].without_offset(self.raw[sensor])
 
     def filter_readings(self) -> None:
         """Pass the mean of the readings since the last call to the filters, at its mean instant."""

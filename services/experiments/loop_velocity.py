@@ -62,7 +62,7 @@ def speed_rad_s(trial: LoopTrial, joint: str) -> float:
     return float(np.radians(ticks_s / abs(table.ticks_per_deg)))
 
 
-def _command(trial: LoopTrial, sign: float, at_s: float) -> None:  # noqa: ARG001
+def _command(trial: LoopTrial, sign: float, _at_s: float) -> None:
     for limb in trial.limbs:
         speeds = {joint: sign * speed_rad_s(trial, joint) for joint in limb.turned}
         trial.command_velocities(limb, speeds)
