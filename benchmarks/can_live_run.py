@@ -20,13 +20,13 @@ from services.core.paced import PacedClock
 from services.core.realtime import freeze_garbage, request_scheduling
 from services.core.service import CallFailed, Inputs, Outputs, Period, Service
 from services.core.virtual import VirtualExecutor
-from services.emulation import rig_spec
+from services.emulated.emulation import rig_spec
 from services.messages import PlantTruth, Reply, RobotRequest, RobotStatus, ServiceStats
-from services.rates import Rates
 from services.robot import RobotService
-from services.robot_tables import RobotFile
+from services.robotfile.rates import Rates
+from services.robotfile.robot_tables import RobotFile
+from services.robotfile.wiring import joint_limits_deg
 from services.streams import PLANT_TRUTH, ROBOT_CALL, ROBOT_STATUS, STATS
-from services.wiring import joint_limits_deg
 
 PROCESSES = ("boards", "robot")
 START_S = 120.0

@@ -3,8 +3,8 @@
 from services.cli.demo import COMPLIANT_BAR_M
 from services.config import load_robot
 from services.experiments.rows import Row, at_least, at_most
-from services.reach import ReachOptions
-from services.reach_virtual import run_virtual
+from services.reaching.reach import ReachOptions
+from services.reaching.reach_virtual import run_virtual
 
 SPEED_BAR = 1.2
 

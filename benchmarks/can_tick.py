@@ -19,7 +19,7 @@ from hal.wire.mais import FIRST, HALL_0_6, HALL_7_14, SENSORS
 from hal.wire.modes import ControlMode
 from services.config import load_robot
 from services.core.clock import RealClock
-from services.emulation import rig_spec
+from services.emulated.emulation import rig_spec
 from services.experiments.rows import Row, at_most, publish
 
 TICK_BAR_US = 60.0

@@ -33,7 +33,7 @@ from services.experiments.arm_learning import (
 )
 from services.experiments.arm_learning import identified as identified_parameters
 from services.experiments.rows import Row, at_least, at_most
-from services.model_file import urdf_path
+from services.robotfile.model_file import urdf_path
 
 FEATURES = 200
 DEBOUNCE = 3

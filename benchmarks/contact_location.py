@@ -20,8 +20,8 @@ from dforc.contacts.location import Location, WrenchNoise, locate
 from dforc.contacts.shapes import LinkShapes
 from services.config import load_robot
 from services.experiments.rows import Row, at_least, at_most
-from services.model_file import urdf_path
-from services.shape_tables import link_shapes
+from services.robotfile.model_file import urdf_path
+from services.robotfile.shape_tables import link_shapes
 
 FORCE_N = (5.0, 20.0)
 CONE_RAD = math.radians(30.0)

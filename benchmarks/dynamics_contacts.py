@@ -15,8 +15,8 @@ from dforc.contacts.location import locate
 from services.config import load_robot
 from services.core.clock import RealClock
 from services.experiments.rows import Row, publish
-from services.model_file import urdf_path
-from services.shape_tables import link_shapes
+from services.robotfile.model_file import urdf_path
+from services.robotfile.shape_tables import link_shapes
 
 CALLS = 200
 ROUNDS = 9

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.newton_euler import UP, Array, BaseState, NewtonEuler, Push, Truth
 from dforc.estimation.assumption import Assumption, BaseMotion, Contact, Kind, Point
 from dforc.estimation.tree_model import TreeModel
-from services.model_file import with_frames
+from services.robotfile.model_file import with_frames
 
 LIMBS = ("l_arm_ft", "r_arm_ft", "l_leg_ft", "r_leg_ft")
 FEET = ("l_foot_ft", "r_foot_ft")

@@ -20,10 +20,10 @@ from services.core.service import Inputs, Outputs, Service
 from services.core.stream import Stream
 from services.core.testing import Bench
 from services.dynamics import Dynamics
-from services.dynamics_messages import DynamicsRequest
 from services.experiments.rows import Row, at_most, publish
 from services.messages import JointState, Wrench
 from services.streams import DYNAMICS_CALL
+from services.wholebody.dynamics_messages import DynamicsRequest
 
 ROUNDS = 7
 TICKS = 1000

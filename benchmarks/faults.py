@@ -19,8 +19,8 @@ from services.cli.up import Stack
 from services.experiments.rows import Row, at_most, publish
 from services.messages import PlantTruth, Vector3
 from services.processes import PROCESSES
-from services.reach import Reach, ReachOptions
-from services.reach_live import run_live
+from services.reaching.reach import Reach, ReachOptions
+from services.reaching.reach_live import run_live
 
 LIMP = ("boards", "hub")  # physics, or every bus, is gone: nothing is promised
 HELD_BAR_MM = 5.0

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 
 from benchmarks.link_meshes import Mesh, load_meshes
 from dforc.arrays import Matrix, Vector
-from services.model_file import urdf_path
+from services.robotfile.model_file import urdf_path
 
 POINTS = 500
 MOST = 4

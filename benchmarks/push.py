@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from services.config import load_robot
 from services.experiments.rows import Row, at_most, within
-from services.limb import limb_model
-from services.reach import Push, ReachOptions
-from services.reach_record import Recording
-from services.reach_virtual import run_virtual
-from services.robot_tables import RobotFile
+from services.reaching.limb import limb_model
+from services.reaching.reach import Push, ReachOptions
+from services.reaching.reach_record import Recording
+from services.reaching.reach_virtual import run_virtual
+from services.robotfile.robot_tables import RobotFile
 
 Vector = NDArray[np.float64]
 

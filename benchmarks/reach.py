@@ -27,10 +27,10 @@ from services.core.stream import AnyCall, AnyStream
 from services.dynamics import Dynamics
 from services.experiments.rows import Row, at_least, at_most, publish
 from services.messages import ImpedanceOffset, TorqueEstimate
-from services.reach import ReachOptions
-from services.reach_record import Report
-from services.reach_virtual import Outcome, run_virtual
-from services.robot_tables import RobotFile
+from services.reaching.reach import ReachOptions
+from services.reaching.reach_record import Report
+from services.reaching.reach_virtual import Outcome, run_virtual
+from services.robotfile.robot_tables import RobotFile
 
 ORIENTATION_BAR_DEG = 1.5
 CLEARANCE_BAR_MM = 5.0

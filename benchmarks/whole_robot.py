@@ -8,8 +8,8 @@ from hal.robot import Robot
 from hal.tasks import Task
 from services.config import load_robot
 from services.core.clock import NS_PER_MS, VirtualClock
-from services.emulation import rig_spec
-from services.wiring import robot_description
+from services.emulated.emulation import rig_spec
+from services.robotfile.wiring import robot_description
 
 STARTUP_MS = 20_000
 

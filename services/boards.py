@@ -17,7 +17,7 @@ from hal.buses.bus import FrameBus
 from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
-from services.emulation import rig_spec
+from services.emulated.emulation import rig_spec
 from services.messages import FaultRequest, PlantTruth, PushRequest, Reply
 from services.streams import FAULT_CALL, PLANT_TRUTH, PUSH_CALL
 

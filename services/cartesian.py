@@ -26,7 +26,6 @@ from dforc.errors import NotFiniteError
 from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
-from services.limb import joined, limb_limits, limb_model, split
 from services.messages import (
     NAN3,
     CartesianStatus,
@@ -38,7 +37,8 @@ from services.messages import (
     Vector3,
     VirtualPoint,
 )
-from services.robot_tables import RobotFile
+from services.reaching.limb import joined, limb_limits, limb_model, split
+from services.robotfile.robot_tables import RobotFile
 from services.streams import (
     CARTESIAN_STATUS,
     DYNAMICS_STATUS,

@@ -10,11 +10,17 @@ from pathlib import Path
 
 import msgspec
 
-from services.config_checks import check_references
-from services.config_tables import check_numbers, decode, decode_named, read_toml, with_types
 from services.core.errors import ConfigError
-from services.robot_selection import at_site, select, split_reference
-from services.robot_tables import (
+from services.robotfile.config_checks import check_references
+from services.robotfile.config_tables import (
+    check_numbers,
+    decode,
+    decode_named,
+    read_toml,
+    with_types,
+)
+from services.robotfile.robot_selection import at_site, select, split_reference
+from services.robotfile.robot_tables import (
     BoardTable,
     BusTable,
     HostTable,

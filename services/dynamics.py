@@ -21,26 +21,13 @@ from dforc.estimation.assumption import Assumption
 from dforc.estimation.estimate import BodyEstimate
 from dforc.estimation.estimator import WholeBodyEstimator
 from dforc.estimation.tree_model import TreeModel
-from services.assumed_contacts import default_assumption
-from services.body import Body
 from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Service
-from services.dynamics_reports import Reports
-from services.dynamics_requests import answer
-from services.filtered_body import FilteredBody
-from services.gravity_torques import GravityTorques
-from services.joint_bank import JointBank
-from services.kinematic_source import KinematicSource
-from services.known_loads import KnownLoads
-from services.learned_correction import Correction
 from services.messages import ImpedanceOffset, TorqueEstimate
-from services.rates import Rates
-from services.robot_tables import RobotFile
-from services.sensor_bank import SensorBank
-from services.sensor_tasks import SensorTasks
-from services.shape_tables import link_shapes
-from services.skin_watch import SkinWatch
+from services.robotfile.rates import Rates
+from services.robotfile.robot_tables import RobotFile
+from services.robotfile.shape_tables import link_shapes
 from services.streams import (
     DYNAMICS_CALL,
     DYNAMICS_HEALTH,
@@ -51,7 +38,20 @@ from services.streams import (
     FT_CALL,
     LEARNED,
 )
-from services.torque_gate import TorqueGate
+from services.wholebody.assumed_contacts import default_assumption
+from services.wholebody.body import Body
+from services.wholebody.dynamics_reports import Reports
+from services.wholebody.dynamics_requests import answer
+from services.wholebody.filtered_body import FilteredBody
+from services.wholebody.gravity_torques import GravityTorques
+from services.wholebody.joint_bank import JointBank
+from services.wholebody.kinematic_source import KinematicSource
+from services.wholebody.known_loads import KnownLoads
+from services.wholebody.learned_correction import Correction
+from services.wholebody.sensor_bank import SensorBank
+from services.wholebody.sensor_tasks import SensorTasks
+from services.wholebody.skin_watch import SkinWatch
+from services.wholebody.torque_gate import TorqueGate
 
 LOOK_PERIOD_NS = 10_000_000
 STATUS_EVERY_LOOKS = 2

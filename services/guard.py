@@ -19,9 +19,9 @@ from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
 from services.messages import Reply, RobotRequest
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
+from services.robotfile.wiring import parked, robot_description
 from services.streams import GUARD_CALL, ROBOT_STATUS
-from services.wiring import parked, robot_description
 
 logger = logging.getLogger(__name__)
 

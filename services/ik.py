@@ -20,9 +20,9 @@ from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.log import OncePerSecond
 from services.core.service import Inputs, Outputs, Service
-from services.limb import limb_limits, limb_model
 from services.messages import IkSolution, VirtualPoint
-from services.robot_tables import RobotFile
+from services.reaching.limb import limb_limits, limb_model
+from services.robotfile.robot_tables import RobotFile
 from services.streams import CARTESIAN_STATUS, IK_SOLUTION, VIRTUAL_POINT
 
 logger = logging.getLogger(__name__)

@@ -16,19 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from dforc.errors import DforcError
-from services.body import Body
 from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.rundir import run_directory
 from services.core.service import Inputs, Outputs, Service
-from services.dynamics_messages import (
-    DynamicsSamples,
-    LearnedWrench,
-    LearnedWrenches,
-    LearnerRequest,
-    LearnerStatus,
-)
-from services.learner_state import (
+from services.learning.learner_state import (
     VERSION,
     SavedLearner,
     SavedLimb,
@@ -38,10 +30,18 @@ from services.learner_state import (
     saved_ridges,
     write,
 )
-from services.limb_learner import EVERY, FEATURES, LENGTHS, SEED, LimbLearner
+from services.learning.limb_learner import EVERY, FEATURES, LENGTHS, SEED, LimbLearner
 from services.messages import Reply
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import DYNAMICS_SAMPLES, LEARNED, LEARNER_CALL, LEARNER_STATUS
+from services.wholebody.body import Body
+from services.wholebody.dynamics_messages import (
+    DynamicsSamples,
+    LearnedWrench,
+    LearnedWrenches,
+    LearnerRequest,
+    LearnerStatus,
+)
 
 STATUS_PERIOD_NS = 100_000_000
 SAVE_PERIOD_NS = 30_000_000_000

@@ -30,9 +30,9 @@ from services.messages import (
     Vector3,
     Wrench,
 )
-from services.rates import Rates
-from services.robot_tables import RobotFile
-from services.sensor_streams import LOOK_HZ, SensorStreams
+from services.robotfile.rates import Rates
+from services.robotfile.robot_tables import RobotFile
+from services.robotfile.wiring import parked, robot_description
 from services.streams import (
     IMPEDANCE_OFFSET,
     JOINT_COMMAND,
@@ -43,7 +43,7 @@ from services.streams import (
     WRENCH,
 )
 from services.tuning_requests import TuningError, tuning_of
-from services.wiring import parked, robot_description
+from services.wholebody.sensor_streams import LOOK_HZ, SensorStreams
 
 STATUS_HZ = 50
 COMMAND_AGE_NS = 100_000_000  # ten control periods: a command older than this is history

@@ -4,16 +4,6 @@ Keys are `<robot>/<place>/<name>`; `place` is a part, a sensor or a service.
 """
 
 from services.core.stream import Call, PlacedStream, Stream
-from services.dynamics_messages import (
-    Contacts,
-    DynamicsHealth,
-    DynamicsModels,
-    DynamicsRequest,
-    DynamicsSamples,
-    LearnedWrenches,
-    LearnerRequest,
-    LearnerStatus,
-)
 from services.messages import (
     CartesianStatus,
     DynamicsStatus,
@@ -38,6 +28,16 @@ from services.messages import (
     TorqueEstimate,
     VirtualPoint,
     Wrench,
+)
+from services.wholebody.dynamics_messages import (
+    Contacts,
+    DynamicsHealth,
+    DynamicsModels,
+    DynamicsRequest,
+    DynamicsSamples,
+    LearnedWrenches,
+    LearnerRequest,
+    LearnerStatus,
 )
 
 # per part; rates of the first, of wrench and of plant_truth are lower live: robot file, [rates]

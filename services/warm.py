@@ -7,7 +7,7 @@ from firmware_sim.boards.warm import warm
 from firmware_sim.rig import Rig
 from services.config import load_robot
 from services.dynamics import Dynamics
-from services.emulation import rig_spec
+from services.emulated.emulation import rig_spec
 from services.processes import DEFAULT_ROBOT
 
 

@@ -11,8 +11,8 @@ from services.cli.can_stats import wide_console
 from services.cli.complaint import complain
 from services.config import load_robot
 from services.core.errors import ServiceError
-from services.plug import Place, addresses_of, plugged
-from services.robot_tables import RobotFile
+from services.emulated.plug import Place, addresses_of, plugged
+from services.robotfile.robot_tables import RobotFile
 
 WHOLE_ROBOT = "icub"
 
@@ -60,7 +60,7 @@ def board_run(
     """
     # Here and not above: the compiler behind the emulated boards takes a second to load, and every
     # other verb of the command would wait for it.
-    from services.board_process import Wire, run_board
+    from services.emulated.board_process import Wire, run_board
 
     try:
         place = Place(bus=bus or channel, address=address, type=type, firmware=firmware)

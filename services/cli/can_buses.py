@@ -21,7 +21,7 @@ from services.core.errors import ConfigError, NotRunningError, ServiceError
 from services.core.live import LiveBuses
 from services.core.rundir import RunRecord, read_record
 from services.core.session import connect, disconnect
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 
 WHOLE_ROBOT = "icub"
 LOOK_EVERY_NS = 2_000_000

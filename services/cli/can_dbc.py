@@ -8,7 +8,7 @@ from hal.wire.dbc import Node, dbc_text
 from hal.wire.manual import manual_text
 from services.config import load_robot
 from services.core.errors import ConfigError
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 
 
 def bus_nodes(robot: RobotFile, bus: str) -> Iterator[Node]:

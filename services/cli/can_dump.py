@@ -13,7 +13,7 @@ from services.cli.can_names import BusNames, NamedFrame, Selection, check_select
 from services.config import load_robot
 from services.core.clock import NS_PER_S, Clock, RealClock
 from services.core.errors import ConfigError
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 
 
 class Dump:

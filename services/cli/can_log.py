@@ -19,7 +19,7 @@ from services.cli.can_danger import danger
 from services.cli.can_files import Logged, read, writer_of
 from services.core.clock import NS_PER_S, Clock, RealClock
 from services.core.errors import ConfigError
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 
 
 def log(

@@ -23,7 +23,7 @@ from hal.wire.catalogue import FORMS, POLLED_CLASSES, Decoded, decode
 from hal.wire.layout import Field, OpenLayout
 from services.cli.can_units import AxisScale, physical_text
 from services.core.errors import ConfigError
-from services.robot_tables import RobotFile, VirtualSensorTable
+from services.robotfile.robot_tables import RobotFile, VirtualSensorTable
 
 TWO_ADDRESSES = "dc4"
 

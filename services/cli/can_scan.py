@@ -14,8 +14,8 @@ from hal.wire.management import BoardType
 from services.cli.can_buses import NO_NUMBER, Tap, opened, robot_in_use
 from services.cli.can_stats import wide_console
 from services.core.clock import NS_PER_MS, Clock, RealClock
-from services.robot_tables import RobotFile
-from services.wiring import firmware_of, robot_description
+from services.robotfile.robot_tables import RobotFile
+from services.robotfile.wiring import firmware_of, robot_description
 
 
 class Finding(NamedTuple):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from hal.wire import analog, inertial, motor
 from hal.wire.catalogue import Form
 from hal.wire.layout import Field
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 
 HALF_RANGE = 0x8000  # torque units per TorqueMax
 

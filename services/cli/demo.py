@@ -14,12 +14,12 @@ from services.config import load_robot
 from services.core.errors import ConfigError
 from services.messages import Vector3
 from services.processes import DEFAULT_ROBOT
-from services.reach import ReachOptions
-from services.reach_live import run_live
-from services.reach_one_process import run_one_process
-from services.reach_record import Report
-from services.reach_virtual import Outcome, run_virtual
-from services.robot_tables import RobotFile
+from services.reaching.reach import ReachOptions
+from services.reaching.reach_live import run_live
+from services.reaching.reach_one_process import run_one_process
+from services.reaching.reach_record import Report
+from services.reaching.reach_virtual import Outcome, run_virtual
+from services.robotfile.robot_tables import RobotFile
 
 STIFF_BAR_M = 0.0015
 COMPLIANT_BAR_M = 0.003
@@ -100,7 +100,7 @@ def reach(
 
 def conclude(console: Console, outcome: Outcome, json_file: Path, plot: Path) -> int:
     """Print the table, write the files, and return the exit status."""
-    from services.reach_plot import draw
+    from services.reaching.reach_plot import draw
 
     console.print(table(outcome.report))
     draw(outcome.recording, plot)

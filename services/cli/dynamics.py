@@ -18,8 +18,8 @@ from services.cli.dynamics_tables import (
     silent_lines,
 )
 from services.core.errors import ConfigError, ServiceError
-from services.dynamics_messages import AssumedContact, DynamicsRequest, KnownLoad
 from services.streams import DYNAMICS_HEALTH, DYNAMICS_MODELS, EXTERNAL
+from services.wholebody.dynamics_messages import AssumedContact, DynamicsRequest, KnownLoad
 
 FAILED = 2
 REFUSED = 1

@@ -10,8 +10,8 @@ from services.cli.stack_client import StackClient
 from services.core.clock import NS_PER_S
 from services.core.errors import ServiceError
 from services.core.stream import Stream
-from services.dynamics_messages import DynamicsHealth, DynamicsRequest
 from services.streams import DYNAMICS_CALL, DYNAMICS_HEALTH
+from services.wholebody.dynamics_messages import DynamicsHealth, DynamicsRequest
 
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
 

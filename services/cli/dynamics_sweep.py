@@ -7,9 +7,9 @@ from services.cli.dynamics_client import DynamicsClient
 from services.core.clock import NS_PER_S
 from services.core.errors import ServiceError
 from services.messages import RobotRequest
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
+from services.robotfile.wiring import joint_limits_deg
 from services.streams import JOINT_STATE, ROBOT_CALL, ROBOT_STATUS
-from services.wiring import joint_limits_deg
 
 MOVES = 16
 MOST_MOVES = 200

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from rich.table import Table
 
-from services.dynamics_messages import Contacts, DynamicsHealth, DynamicsModels
+from services.wholebody.dynamics_messages import Contacts, DynamicsHealth, DynamicsModels
 
 
 def sensor_table(health: DynamicsHealth) -> Table:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from services.core.errors import ConfigError
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 
 
 def chosen_joints(robot: RobotFile, names: Sequence[str]) -> tuple[str, ...]:

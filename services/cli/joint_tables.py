@@ -8,7 +8,7 @@ from rich.table import Table
 
 from hal.wire.modes import ControlMode
 from services.messages import JointState, RobotStatus
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 
 MODE_NAMES = {int(mode): mode.name.lower().replace("_", " ") for mode in ControlMode}
 

@@ -8,8 +8,8 @@ from rich.table import Table
 from services.cli.complaint import complain
 from services.cli.dynamics_client import DynamicsClient
 from services.core.errors import ServiceError
-from services.dynamics_messages import LearnerRequest, LearnerStatus
 from services.streams import LEARNER_CALL, LEARNER_STATUS
+from services.wholebody.dynamics_messages import LearnerRequest, LearnerStatus
 
 FAILED = 2
 REFUSED = 1

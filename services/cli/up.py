@@ -18,7 +18,7 @@ from services.core.live import GRACE_S, robot_name
 from services.core.rundir import Claim
 from services.core.stopping import LimbStop, StopRequests
 from services.processes import DEFAULT_ROBOT, HUB, PROCESSES, STAGES, Process, stage_of
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import ROBOT_STATUS
 
 LOOK_EVERY_NS = 20_000_000

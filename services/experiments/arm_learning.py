@@ -15,7 +15,7 @@ from dforc.learning.feature_ridge import FeatureRidge, Kernel, fit_kernels, fit_
 from dforc.learning.semi_parametric import RigidParameters, SemiParametric
 from dforc.robot_model import RobotModel
 from services.experiments import icubdyn
-from services.model_file import urdf_path
+from services.robotfile.model_file import urdf_path
 
 URDF, SENSOR_FRAME, TIP = "iCubLisboa01", "r_arm_ft_sensor", "r_hand"
 # How far a body may be from its drawing: kg, kg m, kg m2; then the offsets' size in N and Nm.

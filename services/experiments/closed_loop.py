@@ -11,6 +11,7 @@ from pathlib import Path
 from rich.console import Console
 
 from services.config import load_robot
+from services.emulated.simulation import Simulation
 from services.experiments.loop_expected import Expected, expected
 from services.experiments.loop_guiding import DRIFT_S, Guiding, guiding
 from services.experiments.loop_impedance import Deflection, pushes
@@ -23,8 +24,7 @@ from services.experiments.loop_velocity import Turn, turns
 from services.experiments.loop_world import World
 from services.experiments.reporting import tell_motion, working
 from services.experiments.rows import Row, at_most, publish
-from services.robot_tables import RobotFile
-from services.simulation import Simulation
+from services.robotfile.robot_tables import RobotFile
 
 WHOLE_ROBOT = "icub"
 TRIALS = ("torque", "impedance", "guiding", "velocity")

@@ -32,7 +32,7 @@ from services.experiments.wrench_errors import (
     of_recording,
     of_samples,
 )
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 
 SECONDS, SHORT_SECONDS = 30.0, 6.0
 

@@ -1,10 +1,10 @@
 """Every limb of the emulated robot swings without touching anything, and is recorded.
 
-A guest of services.simulation: it asks the HAL to calibrate, moves to the middle of the swings,
-has the dynamics service find the offsets of the force/torque sensors there, and then commands every
-joint of the body along a sine of its own, in position-direct mode. All of it goes over the boards'
-CAN frames. What is kept is what the dynamics service publishes: readings and predictions of one
-instant, both through one filter.
+A guest of services.emulated.simulation: it asks the HAL to calibrate, moves to the middle of the
+swings, has the dynamics service find the offsets of the force/torque sensors there, and then
+commands every joint of the body along a sine of its own, in position-direct mode. All of it goes
+over the boards' CAN frames. What is kept is what the dynamics service publishes: readings and
+predictions of one instant, both through one filter.
 """
 
 import math
@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from dforc.signals.delay_match import DELAY_S
 from services.core.errors import ServiceError
 from services.core.service import Period
-from services.dynamics_messages import DynamicsSamples
 from services.messages import FtRequest, JointCommand
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
+from services.robotfile.wiring import joint_limits_deg
 from services.script import TASK_TIMEOUT_S, AbandonedError, Script, ScriptedService
 from services.streams import (
     DYNAMICS_SAMPLES,
@@ -25,7 +25,7 @@ from services.streams import (
     ROBOT_CALL,
     ROBOT_STATUS,
 )
-from services.wiring import joint_limits_deg
+from services.wholebody.dynamics_messages import DynamicsSamples
 
 PERIOD_S = 0.01
 S_PER_NS = 1e-9

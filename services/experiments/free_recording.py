@@ -3,10 +3,10 @@
 from collections.abc import Callable
 
 from services.core.errors import ServiceError
-from services.dynamics_messages import DynamicsSamples
+from services.emulated.simulation import Simulation
 from services.experiments.free_motion import FreeMotion
-from services.robot_tables import RobotFile
-from services.simulation import Simulation
+from services.robotfile.robot_tables import RobotFile
+from services.wholebody.dynamics_messages import DynamicsSamples
 
 TICKS_PER_REPORT = 100
 LONGEST_TICKS = 300_000

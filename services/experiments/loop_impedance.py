@@ -11,7 +11,7 @@ from dforc.arrays import Vector
 from services.experiments.loop_limbs import Limb, Point
 from services.experiments.loop_trial import LoopTrial
 from services.messages import Vector3
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.script import Script
 
 SETTLED_S, PUSH_S, BACK_S = 1.5, 2.5, 2.0

@@ -7,8 +7,8 @@ import numpy as np
 from dforc.arrays import Matrix, Vector
 from dforc.robot_model import RobotModel
 from services.messages import Vector3
-from services.model_file import model_path
-from services.robot_tables import RobotFile
+from services.robotfile.model_file import model_path
+from services.robotfile.robot_tables import RobotFile
 
 Forces = tuple[Vector3, ...]
 

@@ -16,7 +16,7 @@ from services.core.service import Period
 from services.experiments.loop_limbs import Limb, limbs
 from services.experiments.loop_world import World
 from services.messages import Floats, FtRequest, JointCommand, TorqueEstimate
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.script import TASK_TIMEOUT_S, AbandonedError, Script, ScriptedService
 from services.streams import (
     DYNAMICS_HEALTH,

@@ -11,7 +11,7 @@ import numpy as np
 
 from dforc.arrays import Matrix, Vector, constant
 from dforc.robot_model import RobotModel
-from services.model_file import urdf_path
+from services.robotfile.model_file import urdf_path
 
 URDF, TIP = "iCubLisboa01", "l_hand"
 JOINTS = (

@@ -10,10 +10,10 @@ from dforc.estimation.assumption import Assumption
 from dforc.estimation.estimator import WholeBodyEstimator
 from dforc.estimation.tree_model import TreeModel
 from services.core.errors import ServiceError
-from services.dynamics_messages import DynamicsSamples
 from services.experiments.icubdyn import JOINTS, Recording, Samples
-from services.model_file import urdf_path
-from services.robot_tables import RobotFile
+from services.robotfile.model_file import urdf_path
+from services.robotfile.robot_tables import RobotFile
+from services.wholebody.dynamics_messages import DynamicsSamples
 
 WHOLE_ROBOT = "icub"
 COMPONENTS = ("fx", "fy", "fz", "mx", "my", "mz")

@@ -11,7 +11,7 @@ from hal.buses.socketcan import interfaces_up
 from hal.scan import Found, Scanner
 from hal.stocktaking import differences
 from services.config import load_robot
-from services.wiring import robot_description
+from services.robotfile.wiring import robot_description
 from tests.services.mixed import Mixed
 
 INTERFACES = tuple(bus.channel for bus in load_robot("icub").buses.values())

@@ -12,7 +12,7 @@ from firmware_sim.network import RigError
 from firmware_sim.plants.rigid import Push, RigidBodies
 from firmware_sim.pushes import Pushes
 from services.config import load_robot
-from services.model_file import model_path
+from services.robotfile.model_file import model_path
 
 Vector = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from hal.buses.socketcan import interfaces_up
 from services.cli.up import Stack
 from services.config import load_robot
 from services.core.rundir import running
-from services.reach import Reach, ReachOptions
-from services.reach_live import run_live
+from services.reaching.reach import Reach, ReachOptions
+from services.reaching.reach_live import run_live
 
 pytestmark = pytest.mark.live
 

@@ -6,9 +6,9 @@ import pytest
 from dforc import rotation
 from services.cartesian import vector3
 from services.config import load_robot
-from services.limb import limb_model
 from services.messages import CartesianStatus, JointState
-from services.robot_tables import RobotFile
+from services.reaching.limb import limb_model
+from services.robotfile.robot_tables import RobotFile
 from tests.services.postures import posture
 
 

@@ -14,14 +14,14 @@ from hal.buses.memory import MemoryBus, MemoryNetwork
 from hal.buses.socketcan import SocketCanBus
 from hal.readings import BoardReport
 from hal.robot import Robot
-from services.board_process import PluggedBoard
 from services.config import load_robot
 from services.core.clock import NS_PER_MS, RealClock, VirtualClock
 from services.core.paced import PacedClock
-from services.emulation import rig_spec
-from services.plug import Place, plugged
-from services.robot_tables import RobotFile
-from services.wiring import robot_description
+from services.emulated.board_process import PluggedBoard
+from services.emulated.emulation import rig_spec
+from services.emulated.plug import Place, plugged
+from services.robotfile.robot_tables import RobotFile
+from services.robotfile.wiring import robot_description
 
 
 def without(reference: str, board: str) -> RobotFile:

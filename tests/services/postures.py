@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dforc import rotation
-from services.limb import limb_model
 from services.messages import JointState, VirtualPoint
-from services.robot_tables import RobotFile
+from services.reaching.limb import limb_model
+from services.robotfile.robot_tables import RobotFile
 
 POSITION_DIRECT = 0x08
 

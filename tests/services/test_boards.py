@@ -11,7 +11,7 @@ from services.boards import Boards
 from services.config import load_robot
 from services.core.clock import VirtualClock
 from services.core.testing import Bench
-from services.emulation import rig_spec
+from services.emulated.emulation import rig_spec
 from services.messages import FaultRequest, PushRequest, Reply
 from services.streams import FAULT_CALL, PUSH_CALL
 

@@ -9,7 +9,7 @@ import pytest
 from services.cartesian import Cartesian
 from services.core.testing import Bench
 from services.messages import DynamicsStatus, IkSolution, JointState, VirtualPoint
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import (
     CARTESIAN_STATUS,
     DYNAMICS_STATUS,

@@ -6,7 +6,7 @@ import pytest
 
 from services.config import load_robot
 from services.messages import FtRequest
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import (
     DYNAMICS_HEALTH,
     DYNAMICS_MODELS,

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from services.config import load_robot
-from services.dynamics_messages import AssumedContact, DynamicsRequest, KnownLoad
 from services.messages import Imu
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import (
     DYNAMICS_MODELS,
     DYNAMICS_SAMPLES,
@@ -15,6 +14,7 @@ from services.streams import (
     IMU,
     TORQUE_ESTIMATE,
 )
+from services.wholebody.dynamics_messages import AssumedContact, DynamicsRequest, KnownLoad
 from tests.services.whole_body import OFFSET, Stand, robot_model
 
 LEFT = TORQUE_ESTIMATE["left_arm"]

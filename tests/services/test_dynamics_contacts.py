@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from services.config import load_robot
-from services.dynamics_messages import LearnedWrench, LearnedWrenches
 from services.messages import Skin
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import DYNAMICS_SAMPLES, EXTERNAL, LEARNED, SKIN, TORQUE_ESTIMATE
+from services.wholebody.dynamics_messages import LearnedWrench, LearnedWrenches
 from tests.services.whole_body import Stand, swing
 
 NO_LOAD = 240

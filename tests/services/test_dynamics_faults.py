@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from services.config import load_robot
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import DYNAMICS_MODELS, DYNAMICS_SAMPLES, EXTERNAL, TORQUE_ESTIMATE
 from tests.services.whole_body import Stand, torque_streams
 

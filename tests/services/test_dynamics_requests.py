@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from services.config import load_robot
-from services.dynamics_messages import AssumedContact, DynamicsRequest, KnownLoad
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import (
     DYNAMICS_STATUS,
     TORQUE_ESTIMATE,
 )
+from services.wholebody.dynamics_messages import AssumedContact, DynamicsRequest, KnownLoad
 from tests.services.whole_body import OFFSET, Stand
 
 LEFT, RIGHT = TORQUE_ESTIMATE["left_arm"], TORQUE_ESTIMATE["right_arm"]

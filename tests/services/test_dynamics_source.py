@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from dforc.robot_model import RobotModel
 from services.config import load_robot
 from services.messages import Imu
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import DYNAMICS_SAMPLES, EXTERNAL, IMU, TORQUE_ESTIMATE
 from tests.services.whole_body import Stand
 

@@ -5,8 +5,8 @@ import pytest
 
 from dforc.signals.identification import identify_gain
 from services.config import load_robot
-from services.pose_sweeps import trouble_with
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
+from services.wholebody.pose_sweeps import trouble_with
 from tests.services.whole_body import Stand, swing
 
 

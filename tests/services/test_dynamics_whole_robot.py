@@ -6,17 +6,11 @@ import pytest
 
 from services.config import load_robot
 from services.core.service import Period
-from services.dynamics_messages import (
-    ContactEstimate,
-    DynamicsHealth,
-    DynamicsModels,
-    DynamicsRequest,
-)
+from services.emulated.simulation import Simulation
 from services.messages import FaultRequest, PushRequest
-from services.robot_selection import select
-from services.robot_tables import RobotFile
+from services.robotfile.robot_selection import select
+from services.robotfile.robot_tables import RobotFile
 from services.script import Script, ScriptedService
-from services.simulation import Simulation
 from services.streams import (
     DYNAMICS_CALL,
     DYNAMICS_HEALTH,
@@ -27,6 +21,12 @@ from services.streams import (
     PUSH_CALL,
     ROBOT_CALL,
     ROBOT_STATUS,
+)
+from services.wholebody.dynamics_messages import (
+    ContactEstimate,
+    DynamicsHealth,
+    DynamicsModels,
+    DynamicsRequest,
 )
 
 pytestmark = pytest.mark.slow

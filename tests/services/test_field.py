@@ -6,9 +6,9 @@ import pytest
 
 from services.core.testing import Bench
 from services.field import Field
-from services.limb import limb_model
 from services.messages import NAN3, CartesianStatus, Goal, Objects, Obstacle
-from services.robot_tables import RobotFile
+from services.reaching.limb import limb_model
+from services.robotfile.robot_tables import RobotFile
 from services.streams import CARTESIAN_STATUS, GOAL, OBJECTS, VIRTUAL_POINT
 
 NOWHERE = (0.0, 0.0, 0.0)

@@ -7,7 +7,7 @@ from services.core.clock import VirtualClock
 from services.core.testing import Bench
 from services.guard import GuardService
 from services.messages import Reply, RobotRequest, RobotStatus
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import GUARD_CALL, ROBOT_STATUS
 
 

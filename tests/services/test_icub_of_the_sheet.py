@@ -4,7 +4,7 @@ import pytest
 
 from hal.description import Joint, RobotDescription
 from services.config import load_robot
-from services.wiring import robot_description
+from services.robotfile.wiring import robot_description
 
 ARM = (
     ("shoulder_pitch", 1, 0, -95.5, 10, 7000),

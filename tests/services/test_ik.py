@@ -6,9 +6,9 @@ import pytest
 
 from services.core.testing import Bench
 from services.ik import Ik
-from services.limb import limb_limits
 from services.messages import CartesianStatus
-from services.robot_tables import RobotFile
+from services.reaching.limb import limb_limits
+from services.robotfile.robot_tables import RobotFile
 from services.streams import CARTESIAN_STATUS, IK_SOLUTION, VIRTUAL_POINT
 from tests.services.postures import point
 

@@ -11,18 +11,18 @@ import pytest
 from services.config import load_robot
 from services.core.clock import VirtualClock
 from services.core.testing import Bench
-from services.dynamics_messages import (
+from services.learner import Learner, state_path
+from services.learning.learner_state import read
+from services.learning.limb_learner import ENOUGH, EVERY
+from services.messages import Floats
+from services.robotfile.robot_tables import RobotFile
+from services.streams import DYNAMICS_SAMPLES, LEARNED, LEARNER_CALL, LEARNER_STATUS
+from services.wholebody.dynamics_messages import (
     DynamicsSamples,
     LearnerRequest,
     SensorLearning,
     SensorSample,
 )
-from services.learner import Learner, state_path
-from services.learner_state import read
-from services.limb_learner import ENOUGH, EVERY
-from services.messages import Floats
-from services.robot_tables import RobotFile
-from services.streams import DYNAMICS_SAMPLES, LEARNED, LEARNER_CALL, LEARNER_STATUS
 
 SENSOR = "r_arm_ft"
 PERIOD_S = 0.01

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from services.core.testing import Bench
-from services.dynamics_messages import LearnerRequest
 from services.learner import Learner
 from services.messages import Message
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import (
     DYNAMICS_SAMPLES,
     EXTERNAL,
@@ -17,6 +16,7 @@ from services.streams import (
     LEARNER_CALL,
     TORQUE_ESTIMATE,
 )
+from services.wholebody.dynamics_messages import LearnerRequest
 from tests.services.whole_body import Stand, swing
 
 SENSOR = "r_arm_ft"

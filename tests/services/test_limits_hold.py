@@ -10,9 +10,9 @@ from firmware_sim.rig import Rig
 from hal.buses.memory import MemoryBus, MemoryNetwork
 from hal.robot import Robot
 from services.core.clock import NS_PER_MS, VirtualClock
-from services.emulation import rig_spec
-from services.robot_tables import RobotFile
-from services.wiring import joint_limits_deg, robot_description
+from services.emulated.emulation import rig_spec
+from services.robotfile.robot_tables import RobotFile
+from services.robotfile.wiring import joint_limits_deg, robot_description
 
 TOLERANCE_DEG = 0.2
 

@@ -10,11 +10,11 @@ from hal.wire.modes import ControlMode
 from services.boards import Boards
 from services.core.service import Inputs, Outputs, Period, Service
 from services.core.stream import AnyStream
+from services.emulated.simulation import Simulation
 from services.messages import RobotRequest
-from services.reach import Reach, ReachOptions
+from services.reaching.reach import Reach, ReachOptions
 from services.robot import RobotService
-from services.robot_tables import RobotFile
-from services.simulation import Simulation
+from services.robotfile.robot_tables import RobotFile
 from services.streams import GUARD_CALL
 
 HELD_MM = 4.0  # friction and the switch to stiff move the hand by a few millimetres at most

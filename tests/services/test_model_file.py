@@ -7,7 +7,7 @@ import pytest
 from dforc.robot_model import load_model
 from services.config import load_robot
 from services.core.errors import ConfigError
-from services.model_file import model_path, urdf_path, with_frames
+from services.robotfile.model_file import model_path, urdf_path, with_frames
 
 
 def test_a_robot_without_added_frames_has_the_plain_model() -> None:

@@ -4,8 +4,8 @@ import pytest
 
 from services.config import load_robot
 from services.core.errors import ConfigError
-from services.emulation import rig_spec
-from services.plug import Place, Plugged, plugged
+from services.emulated.emulation import rig_spec
+from services.emulated.plug import Place, Plugged, plugged
 
 
 def at(bus: str, address: int, kind: str = "", firmware: str = "") -> Plugged:

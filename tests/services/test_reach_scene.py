@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from services.reach_scene import BALL_OFFSET_M, BALL_RADIUS_M, draw_scene
+from services.reaching.reach_scene import BALL_OFFSET_M, BALL_RADIUS_M, draw_scene
 
 START = np.array([-0.3, 0.2, 0.03])
 

@@ -8,12 +8,12 @@ import pytest
 from firmware_sim.rig import Rig
 from services.cli.demo import COMPLIANT_BAR_M, STIFF_BAR_M, succeeded
 from services.config import load_robot
-from services.emulation import rig_spec
-from services.limb import limb_model
-from services.reach import ReachOptions
-from services.reach_record import Report
-from services.reach_virtual import run_virtual
-from services.robot_tables import RobotFile
+from services.emulated.emulation import rig_spec
+from services.reaching.limb import limb_model
+from services.reaching.reach import ReachOptions
+from services.reaching.reach_record import Report
+from services.reaching.reach_virtual import run_virtual
+from services.robotfile.robot_tables import RobotFile
 
 
 def run(robot: RobotFile, options: ReachOptions, hop_ticks: int = 1) -> Report:

@@ -12,12 +12,12 @@ from firmware_sim.boards.motor_board import MotorBoard
 from hal.readings import ForceTorqueSample
 from services.core.service import Inputs, Outputs, Period, Service
 from services.core.stream import AnyStream
+from services.emulated.simulation import Simulation
 from services.messages import JointCommand, Reply, RobotRequest, RobotStatus, Wrench
 from services.robot import averaged
-from services.robot_tables import RobotFile
-from services.simulation import Simulation
+from services.robotfile.robot_tables import RobotFile
+from services.robotfile.wiring import robot_description
 from services.streams import JOINT_COMMAND, ROBOT_CALL, ROBOT_STATUS
-from services.wiring import robot_description
 
 ARM = JOINT_COMMAND["right_arm"]
 

@@ -10,8 +10,8 @@ from services.config import load_robot
 from services.core.clock import VirtualClock
 from services.core.testing import Bench
 from services.messages import ImpedanceOffset
-from services.rates import Rates
 from services.robot import RobotService
+from services.robotfile.rates import Rates
 from services.streams import IMPEDANCE_OFFSET, ROBOT_STATUS
 
 ARM = IMPEDANCE_OFFSET["right_arm"]

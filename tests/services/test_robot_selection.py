@@ -6,9 +6,9 @@ import pytest
 
 from services.config import load_robot
 from services.core.errors import ConfigError
-from services.emulation import rig_spec
-from services.robot_selection import split_reference
-from services.wiring import robot_description
+from services.emulated.emulation import rig_spec
+from services.robotfile.robot_selection import split_reference
+from services.robotfile.wiring import robot_description
 
 
 def at(folder: Path, site: str) -> str:

@@ -7,8 +7,8 @@ import pytest
 from services.config import load_robot
 from services.core.service import Inputs, Outputs, Period, Service
 from services.core.stream import AnyStream
+from services.emulated.simulation import Simulation
 from services.messages import Hall, Imu, Inertial, Skin
-from services.simulation import Simulation
 from services.streams import HALL, IMU, INERTIAL, SKIN
 
 

@@ -9,9 +9,14 @@ from dforc.contacts.skin import SkinContacts
 from dforc.robot_model import RobotModel
 from services.config import load_robot
 from services.core.errors import ConfigError
-from services.model_file import urdf_path
-from services.robot_tables import RobotFile
-from services.shape_tables import DEFAULT_RADIUS_M, child_origins, link_shapes, skin_patches
+from services.robotfile.model_file import urdf_path
+from services.robotfile.robot_tables import RobotFile
+from services.robotfile.shape_tables import (
+    DEFAULT_RADIUS_M,
+    child_origins,
+    link_shapes,
+    skin_patches,
+)
 
 CAPSULE = '[[shapes]]\nlink = "r_hand"\nstart_m = [0, 0, 0]\nend_m = [0, 0, 0.1]\nradius_m = 0.03\n'
 SKIN = '[[skin]]\nboard = "r_hand_skin"\nlink = "r_hand"\npoint_m = [0, 0, 0]\nassumed = true\n'

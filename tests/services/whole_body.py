@@ -11,10 +11,10 @@ from services.core.clock import NS_PER_MS
 from services.core.stream import AnyStream, Stream
 from services.core.testing import Bench
 from services.dynamics import Dynamics
-from services.dynamics_messages import ContactEstimate, DynamicsRequest, SensorHealth
 from services.messages import JointState, Message, Reply, TorqueEstimate, Wrench
-from services.robot_tables import RobotFile
+from services.robotfile.robot_tables import RobotFile
 from services.streams import DYNAMICS_CALL, DYNAMICS_HEALTH, EXTERNAL
+from services.wholebody.dynamics_messages import ContactEstimate, DynamicsRequest, SensorHealth
 
 Vector = NDArray[np.float64]
 

@@ -5,13 +5,13 @@ import pytest
 
 from hal.buses.python_can import PythonCanBus
 from hal.wire import motor
-from services.board_process import PluggedBoard, found_out, senders
 from services.cli.board import board_table
 from services.cli.main import main
 from services.config import load_robot
 from services.core.clock import RealClock
 from services.core.errors import ServiceError
-from services.plug import Place, plugged
+from services.emulated.board_process import PluggedBoard, found_out, senders
+from services.emulated.plug import Place, plugged
 
 
 def test_every_board_is_listed_under_its_bus() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from services.cli.demo import succeeded, table, verdict
 from services.cli.main import main
-from services.reach_record import Report
+from services.reaching.reach_record import Report
 
 GOOD: Report = {
     "reached": True,

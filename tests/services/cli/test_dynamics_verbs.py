@@ -19,7 +19,8 @@ from services.cli.dynamics_tables import (
 )
 from services.cli.main import main
 from services.config import load_robot
-from services.dynamics_messages import (
+from services.robotfile.wiring import joint_limits_deg
+from services.wholebody.dynamics_messages import (
     ContactEstimate,
     Contacts,
     DynamicsHealth,
@@ -28,7 +29,6 @@ from services.dynamics_messages import (
     SensorHealth,
     SubModelStatus,
 )
-from services.wiring import joint_limits_deg
 
 SIX = (1.0, -2.0, 3.5, 0.1, 0.2, -0.3)
 

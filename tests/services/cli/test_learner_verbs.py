@@ -5,7 +5,7 @@ from rich.console import Console
 
 from services.cli.learner import learner_table
 from services.cli.main import main
-from services.dynamics_messages import LearnerStatus, SensorLearning
+from services.wholebody.dynamics_messages import LearnerStatus, SensorLearning
 
 
 @pytest.mark.parametrize(

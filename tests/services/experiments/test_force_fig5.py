@@ -12,7 +12,7 @@ from services.core.errors import ConfigError
 from services.experiments.force_fig5 import draw, force_fig5
 from services.experiments.free_motion import EASE_S, SWINGS, eased, swing_of
 from services.experiments.wrench_errors import Comparison
-from services.wiring import joint_limits_deg
+from services.robotfile.wiring import joint_limits_deg
 
 PNG = b"\x89PNG"
 
