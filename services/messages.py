@@ -132,6 +132,11 @@ class VirtualPoint(Message, frozen=True, kw_only=True):
     position_m: Vector3
     velocity_m_s: Vector3
     rotation_rad: Vector3
+    limb: str = ""  # empty = the main job's
+    position_only: bool = False  # the orientation does not matter
+    second_position_m: Vector3 | None = None  # of the limb's second tip; None = it does not matter
+    second_rotation_rad: Vector3 | None = None
+    second_velocity_m_s: Vector3 = (0.0, 0.0, 0.0)
 
 
 class IkSolution(Message, frozen=True, kw_only=True):
@@ -143,6 +148,11 @@ class IkSolution(Message, frozen=True, kw_only=True):
     position_error_m: float
     orientation_error_rad: float
     iterations: int
+    limb: str = ""
+    reason: str = ""  # why the point is not reached
+    tip_errors: tuple[tuple[float, float] | None, ...] = ()  # m and rad of each tip that has a pose
+    limited: bool = False  # held back by the joint step of one tick
+    missed: int = 0  # searches of this stream that used up their budget, so far
 
 
 class DynamicsStatus(Message, frozen=True, kw_only=True):

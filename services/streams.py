@@ -29,6 +29,7 @@ from services.messages import (
     VirtualPoint,
     Wrench,
 )
+from services.reaching.messages import IkReply, IkRequest, IkStatusReport, SetupInUse
 from services.wholebody.dynamics_messages import (
     Contacts,
     DynamicsHealth,
@@ -62,6 +63,8 @@ GOAL = Stream("field/goal", Goal, rate_hz=0)
 OBJECTS = Stream("field/objects", Objects, rate_hz=0)
 VIRTUAL_POINT = Stream("field/virtual_point", VirtualPoint, rate_hz=100)
 IK_SOLUTION = Stream("ik/ik_solution", IkSolution, rate_hz=100)
+IK_STATUS = Stream("ik/status", IkStatusReport, rate_hz=10)
+CARTESIAN_SETUP = Stream("cartesian/setup", SetupInUse, rate_hz=0)
 DYNAMICS_STATUS = Stream("dynamics/status", DynamicsStatus, rate_hz=50)
 EXTERNAL = Stream("dynamics/contacts", Contacts, rate_hz=100)
 DYNAMICS_SAMPLES = Stream("dynamics/samples", DynamicsSamples, rate_hz=100)
@@ -78,5 +81,6 @@ GUARD_CALL = Call("guard/request", RobotRequest, Reply)
 FT_CALL = Call("dynamics/zero_ft", FtRequest, Reply)
 DYNAMICS_CALL = Call("dynamics/request", DynamicsRequest, Reply)
 LEARNER_CALL = Call("learner/request", LearnerRequest, Reply)
+IK_CALL = Call("ik/request", IkRequest, IkReply, timeout_s=10.0)
 PUSH_CALL = Call("boards/push", PushRequest, Reply)
 FAULT_CALL = Call("boards/fault", FaultRequest, Reply)
