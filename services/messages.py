@@ -169,13 +169,16 @@ class DynamicsStatus(Message, frozen=True, kw_only=True):
 
 
 class CartesianStatus(Message, frozen=True, kw_only=True):
-    """The limb as the Cartesian controller measures it, and what the controller is doing."""
+    """The main job's limb as it is measured, and what the Cartesian controller does with its limb.
+
+    Posture and hand pose are of the main job's limb, all else is of the limb in use.
+    """
 
     state: str  # waiting | moving | in_target
     q_rad: Floats  # measured, whole chain; empty while the joints are not valid
     hand_position_m: Vector3  # of the measured posture; NaN while the joints are not valid
     hand_rotation_rad: Vector3
-    position_error_m: float = math.nan  # measured hand to the target
+    position_error_m: float = math.nan  # measured hand to the target; of the worst tip
     orientation_error_rad: float = math.nan
     external_force_n: float = 0.0
     gated: bool = False  # correction frozen because something pushes the arm
@@ -184,6 +187,14 @@ class CartesianStatus(Message, frozen=True, kw_only=True):
     ik_status: str = ""
     ik_position_error_m: float = math.nan
     refused: int = 0  # inputs that were not finite, out of order or of the wrong length
+    mode: str = (
+        "idle"  # idle | field | pose | tracking | velocity | stopping: who commands the limb
+    )
+    limb: str = ""  # in use
+    motion: int = 0  # number of the newest one
+    progress: float = math.nan  # of it, in joint space
+    ignored: int = 0  # virtual points that came while a request commanded
+    reason: str = ""  # why nothing is commanded that should be
 
 
 class BoardStatus(msgspec.Struct, frozen=True, kw_only=True, array_like=True):

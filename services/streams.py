@@ -29,6 +29,11 @@ from services.messages import (
     VirtualPoint,
     Wrench,
 )
+from services.reaching.cartesian_messages import (
+    CartesianEvent,
+    CartesianReply,
+    CartesianRequest,
+)
 from services.reaching.messages import IkReply, IkRequest, IkStatusReport, SetupInUse
 from services.wholebody.dynamics_messages import (
     Contacts,
@@ -73,6 +78,8 @@ DYNAMICS_HEALTH = Stream("dynamics/health", DynamicsHealth, rate_hz=10)
 LEARNED = Stream("learner/prediction", LearnedWrenches, rate_hz=100)
 LEARNER_STATUS = Stream("learner/status", LearnerStatus, rate_hz=10)
 CARTESIAN_STATUS = Stream("cartesian/status", CartesianStatus, rate_hz=50)
+# as they come; not 0, or a late joiner would be told of a motion that is over
+CARTESIAN_EVENTS = Stream("cartesian/events", CartesianEvent, rate_hz=1)
 ROBOT_STATUS = Stream("robot/status", RobotStatus, rate_hz=50)
 PLANT_TRUTH = Stream("boards/plant_truth", PlantTruth, rate_hz=200)
 
@@ -84,3 +91,4 @@ LEARNER_CALL = Call("learner/request", LearnerRequest, Reply)
 IK_CALL = Call("ik/request", IkRequest, IkReply, timeout_s=10.0)
 PUSH_CALL = Call("boards/push", PushRequest, Reply)
 FAULT_CALL = Call("boards/fault", FaultRequest, Reply)
+CARTESIAN_CALL = Call("cartesian/request", CartesianRequest, CartesianReply)
