@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dforc import rotation
-from dforc.cartesian import (
+from dforc.cartesian.controller import (
     CartesianController,
     CartesianOutput,
     CartesianParams,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dforc.arrays import Vector
-from dforc.outer_correction import CorrectionParams, CorrectionState, corrected
+from dforc.cartesian.outer_correction import CorrectionParams, CorrectionState, corrected
 
 PERIOD_S = 0.01
 PARAMS = CorrectionParams()

@@ -2,13 +2,13 @@
 
 Multi-referential scheme (DForC section III-A): a generator in joint space draws the plan to the
 posture q_d that inverse kinematics found, one in task space draws it to the pose (x_d, R_d) along
-a straight line, and dforc.multi_referential joins their speeds. The plan (q_plan) runs open loop:
+a straight line, and dforc.cartesian.coupling joins their speeds. The plan (q_plan) runs open loop:
 the arm's lag cannot shake it. Both generators work on the error against the target in motion, so a
 target whose velocity is told is followed without lag. A target that jumps is reached in minimum
 jerk after T; after that, and for a target that moves smoothly, the time to go stays at its floor.
 
-Below the plan, dforc.outer_correction moves the reference of compliant joints by the integral of
-their measured error.
+Below the plan, dforc.cartesian.outer_correction moves the reference of compliant joints by the
+integral of their measured error.
 
 Lengths in m, angles in rad, base frame, joint vectors (n,) in the order of the model; task vectors
 (6,) hold the linear part, then the angular one.
@@ -20,14 +20,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from dforc.aim import Aim, AimTimes, Target
 from dforc.arrays import ArrayLike, Matrix, Vector, finite_vector
+from dforc.cartesian.aim import Aim, AimTimes, Target
+from dforc.cartesian.coupling import Coupling, CouplingParams
+from dforc.cartesian.min_jerk import Motion, advance
+from dforc.cartesian.outer_correction import CorrectionParams, CorrectionState, corrected
 from dforc.errors import NotFiniteError
 from dforc.kinematics import HandKinematics
 from dforc.limits import JointLimits
-from dforc.min_jerk import Motion, advance
-from dforc.multi_referential import Coupling, CouplingParams
-from dforc.outer_correction import CorrectionParams, CorrectionState, corrected
 from dforc.rotation import rotation_error
 
 STOP_SHARE = 0.4  # of speed times T: where a minimum-jerk stop comes to rest without turning back

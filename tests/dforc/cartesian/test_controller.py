@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 
 from dforc.arrays import Matrix, Vector
-from dforc.cartesian import (
+from dforc.cartesian.controller import (
     CartesianController,
     CartesianOutput,
     CartesianParams,
     CartesianTarget,
     Measurement,
 )
+from dforc.cartesian.coupling import CouplingParams
+from dforc.cartesian.outer_correction import CorrectionParams
 from dforc.errors import NotFiniteError
 from dforc.ik import InverseKinematics
 from dforc.limits import JointLimits
-from dforc.multi_referential import CouplingParams
-from dforc.outer_correction import CorrectionParams
 from dforc.robot_model import RobotModel
 from dforc.rotation import angle_between
 

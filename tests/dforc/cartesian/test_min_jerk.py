@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dforc.min_jerk import LagState, Motion, advance, lag_step
+from dforc.cartesian.min_jerk import LagState, Motion, advance, lag_step
 
 PERIOD_S = 0.01
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from dforc.arrays import Vector
+from dforc.cartesian.coupling import Coupling, CouplingParams
 from dforc.limits import JointLimits
-from dforc.multi_referential import Coupling, CouplingParams
 from dforc.robot_model import RobotModel
 
 PERIOD_S = 0.01
