@@ -187,9 +187,7 @@ class CartesianStatus(Message, frozen=True, kw_only=True):
     ik_status: str = ""
     ik_position_error_m: float = math.nan
     refused: int = 0  # inputs that were not finite, out of order or of the wrong length
-    mode: str = (
-        "idle"  # idle | field | pose | tracking | velocity | stopping: who commands the limb
-    )
+    mode: str = "idle"  # idle | field | pose | tracking | velocity | stopping
     limb: str = ""  # in use
     motion: int = 0  # number of the newest one
     progress: float = math.nan  # of it, in joint space
