@@ -25,6 +25,7 @@ from services.robotfile.robot_tables import (
     BusTable,
     HostTable,
     JointTable,
+    LimbTable,
     MotorTable,
     RateTable,
     ReachTable,
@@ -45,6 +46,7 @@ NAMED: dict[str, type[Strict]] = {
     "motors": MotorTable,
     "joints": JointTable,
     "rates": RateTable,
+    "limbs": LimbTable,
 }
 OPTIONAL = ("joint_types", "selections")
 SECTIONS = (*SINGLE, *NAMED, "parts", "rows")
@@ -92,6 +94,7 @@ def parse_robot(raw: Mapping[str, object], path: Path) -> RobotFile:
         key: decode(raw[key], kind, path, key) for key, kind in SINGLE.items()
     }
     named = {section: decode_named(raw, section, kind, path) for section, kind in NAMED.items()}
+    limbs = named.pop("limbs")
     rows = raw["rows"]
     if not isinstance(rows, list):
         raise ConfigError(f"{path}: rows: expected [[rows]]")
@@ -100,6 +103,8 @@ def parse_robot(raw: Mapping[str, object], path: Path) -> RobotFile:
             "path": path,
             **single,
             **named,
+            "limb_tables": limbs,
+            "main_job": single["reach"],
             "parts": _lists(raw, "parts", "joints", path),
             "selections": _lists(raw, "selections", "parts", path),
             "rows": tuple(decode(r, RowTable, path, f"rows[{i}]") for i, r in enumerate(rows)),

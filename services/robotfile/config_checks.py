@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from services.core.errors import ConfigError
-from services.robotfile.robot_tables import JointTable, RobotFile
+from services.robotfile.robot_tables import JointTable, LimbTable, RobotFile
 
 RATED_STREAMS = ("hal", "wrench", "joint_state", "plant_truth")
 MOST_GAIN = 1000.0  # determinant: three times too much in each of six channels
@@ -29,7 +29,7 @@ def check_references(robot: RobotFile) -> None:
     _check_names(robot)
     for name, joint_table in robot.joints.items():
         _check_joint(robot, name, joint_table)
-    _check_reach(robot)
+    _check_limbs(robot)
 
 
 def check_gain(gain: Sequence[float], path: Path, key: str) -> None:
@@ -99,26 +99,35 @@ def _check_joint(robot: RobotFile, name: str, joint: JointTable) -> None:
         )
 
 
-def _check_reach(robot: RobotFile) -> None:
-    for part in robot.reach.parts:
-        _known(robot, "reach.parts", part, robot.parts)
-    _known(robot, "reach.sensor", robot.reach.sensor, robot.sensors)
-    chain = dict.fromkeys(robot.chain)
+def _check_limbs(robot: RobotFile) -> None:
+    _known(robot, "reach.limb", robot.main_job.limb, robot.limb_tables)
+    for name, limb in robot.limb_tables.items():
+        _check_limb(robot, f"limbs.{name}", limb)
     for row in robot.rows:
-        for name in row.coefficients:
-            _known(robot, f"rows.{row.name}.coefficients", name, chain)
+        for joint in row.coefficients:
+            _known(robot, f"rows.{row.name}.coefficients", joint, robot.joints)
         if not any(row.coefficients.values()):
             _refuse(robot, f"rows.{row.name}.coefficients", "one must not be 0")
-    size = len(robot.chain)
-    for joint in robot.reach.compliant:
-        _known(robot, "reach.compliant", joint, chain)
+
+
+def _check_limb(robot: RobotFile, key: str, limb: LimbTable) -> None:
+    if len(set(limb.parts)) != len(limb.parts) or not limb.parts:
+        _refuse(robot, f"{key}.parts", "needs parts, each once")
+    for part in limb.parts:
+        _known(robot, f"{key}.parts", part, robot.parts)
+    _known(robot, f"{key}.sensor", limb.sensor, robot.sensors)
+    joints = dict.fromkeys(joint for part in limb.parts for joint in robot.parts[part])
+    for joint in limb.compliant:
+        _known(robot, f"{key}.compliant", joint, joints)
     for field in ("home_deg", "rest_deg", "rest_weights"):
-        if len(getattr(robot.reach, field)) != size:
-            _refuse(
-                robot,
-                f"reach.{field}",
-                f"needs {size} values, one per joint of {robot.reach.parts}",
-            )
+        if len(getattr(limb, field)) != len(joints):
+            wanted = f"needs {len(joints)} values, one per joint of {', '.join(limb.parts)}"
+            _refuse(robot, f"{key}.{field}", wanted)
+    if min(limb.rest_weights) < 0.0:
+        _refuse(robot, f"{key}.rest_weights", "must not be negative")
+    for field in ("rest_beta", "trajectory_time_s"):
+        if getattr(limb, field) <= 0.0:
+            _refuse(robot, f"{key}.{field}", "must be above 0")
 
 
 def _check_addresses(robot: RobotFile) -> None:

@@ -53,6 +53,7 @@ def select(robot: RobotFile, selection: str) -> RobotFile:
             for name, one in robot.virtual_sensors.items()
             if one.bus in buses and set(one.channels) & set(joints)
         },
+        rows=tuple(row for row in robot.rows if set(row.coefficients) <= set(joints)),
     )
 
 

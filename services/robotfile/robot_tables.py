@@ -6,6 +6,7 @@ from typing import Literal
 import msgspec
 
 from hal.description import Calibration, Impedance, PositionPid, TorquePid
+from services.robotfile.limbs import Limb, LimbPart, LimbTip, with_both_arms
 
 BoardTypeName = Literal["bll", "bll_ie", "bll_dc", "dc4", "strain", "strain2", "mais", "mtb", "imu"]
 
@@ -178,8 +179,8 @@ class HostTable(Strict, frozen=True, kw_only=True):
     velocity_timeout_ms: int
 
 
-class ReachTable(Strict, frozen=True, kw_only=True):
-    """[reach]: the chain that reaching moves and the postures it starts from and prefers."""
+class LimbTable(Strict, frozen=True, kw_only=True):
+    """[limbs.<name>]: a chain of parts, base to tip, and the postures that it prefers."""
 
     tip_frame: str
     parts: tuple[str, ...]
@@ -190,6 +191,12 @@ class ReachTable(Strict, frozen=True, kw_only=True):
     rest_weights: tuple[float, ...]
     rest_beta: float
     trajectory_time_s: float
+
+
+class ReachTable(Strict, frozen=True, kw_only=True):
+    """[reach]: what the main job moves."""
+
+    limb: str
 
 
 class RobotFile(msgspec.Struct, frozen=True, kw_only=True):
@@ -207,14 +214,31 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True):
     selections: dict[str, tuple[str, ...]]
     rates: dict[str, RateTable]
     host: HostTable
-    reach: ReachTable
+    limb_tables: dict[str, LimbTable]
+    main_job: ReachTable
     rows: tuple[RowTable, ...]
     allow_missing: bool = False  # the site's word: start with the boards that answer
 
     @property
+    def reach(self) -> LimbTable:
+        """The limb of the main job, whether or not its parts are in use."""
+        return self.limb_tables[self.main_job.limb]
+
+    @property
     def chain(self) -> tuple[str, ...]:
-        """Joints of the reaching chain, base to tip: the order of every chain vector."""
+        """Joints of the main job's limb, base to tip: the order of its chain vectors."""
         return tuple(joint for part in self.reach.parts for joint in self.parts[part])
+
+    @property
+    def limbs(self) -> dict[str, Limb]:
+        """The limbs whose parts are all in use, and both arms as one where there are both."""
+        return with_both_arms(
+            {
+                name: self._limb(name, table)
+                for name, table in self.limb_tables.items()
+                if set(table.parts) <= set(self.parts)
+            }
+        )
 
     @property
     def groups(self) -> tuple[str, ...]:
@@ -224,7 +248,7 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def can_reach(self) -> bool:
-        """Whether every part of the reaching chain is among the parts in use."""
+        """Whether every part of the main job's limb is among the parts in use."""
         return set(self.reach.parts) <= set(self.parts)
 
     def is_simulated(self, board: str) -> bool:
@@ -238,3 +262,22 @@ class RobotFile(msgspec.Struct, frozen=True, kw_only=True):
         board = self.boards[table.board]
         number = self.buses[board.bus].number
         return number, board.address + table.axis // 2, table.axis % 2
+
+    def _limb(self, name: str, table: LimbTable) -> Limb:
+        parts, start = {}, 0
+        for part in table.parts:
+            end = start + len(self.parts[part])
+            parts[part] = LimbPart(
+                home_deg=table.home_deg[start:end],
+                rest_deg=table.rest_deg[start:end],
+                rest_weights=table.rest_weights[start:end],
+            )
+            start = end
+        return Limb(
+            name=name,
+            tips=(LimbTip(limb=name, frame=table.tip_frame, sensor=table.sensor),),
+            parts=parts,
+            compliant=table.compliant,
+            rest_beta=table.rest_beta,
+            trajectory_time_s=table.trajectory_time_s,
+        )

@@ -4,6 +4,7 @@ Descriptions, limits, rows.
 """
 
 import math
+from collections.abc import Sequence
 
 import msgspec
 import numpy as np
@@ -40,23 +41,27 @@ def joint_limits_deg(robot: RobotFile, name: str) -> tuple[float, float]:
     return low, high
 
 
-def chain_limits_rad(robot: RobotFile) -> tuple[Vector, Vector]:
-    """Lower and upper limits of the reaching chain, shape (n,) each."""
-    limits = np.radians([joint_limits_deg(robot, name) for name in robot.chain])
+def chain_limits_rad(robot: RobotFile, joints: Sequence[str]) -> tuple[Vector, Vector]:
+    """Lower and upper limits of a chain of joints, shape (n,) each."""
+    limits = np.radians([joint_limits_deg(robot, name) for name in joints])
     return limits[:, 0].copy(), limits[:, 1].copy()
 
 
-def chain_rows_rad(robot: RobotFile) -> tuple[NDArray[np.float64], Vector, Vector]:
-    """Linear rows over the chain.
+def chain_rows_rad(
+    robot: RobotFile, joints: Sequence[str]
+) -> tuple[NDArray[np.float64], Vector, Vector]:
+    """The linear rows that lie within a chain of joints.
 
     A (m, n), lower and upper bounds (m,) in radians, infinite where open.
     """
-    matrix = np.zeros((len(robot.rows), len(robot.chain)))
-    for i, row in enumerate(robot.rows):
+    at = {joint: column for column, joint in enumerate(joints)}
+    rows = [row for row in robot.rows if set(row.coefficients) <= set(at)]
+    matrix = np.zeros((len(rows), len(at)))
+    for i, row in enumerate(rows):
         for joint, coefficient in row.coefficients.items():
-            matrix[i, robot.chain.index(joint)] = coefficient
-    lower = np.radians([row.lower_deg for row in robot.rows])
-    upper = np.radians([row.upper_deg for row in robot.rows])
+            matrix[i, at[joint]] = coefficient
+    lower = np.radians([row.lower_deg for row in rows])
+    upper = np.radians([row.upper_deg for row in rows])
     return matrix, lower, upper
 
 

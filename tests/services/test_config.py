@@ -152,10 +152,36 @@ def test_part_that_is_no_list_is_refused(raw: dict[str, Any]) -> None:
     assert "parts: each needs a list of joints" in refusal(raw)
 
 
-def test_row_over_a_joint_outside_the_chain_is_refused(raw: dict[str, Any]) -> None:
-    raw["reach"]["parts"] = ["right_arm"]
-    raw["rows"][0]["coefficients"] = {"torso_yaw": 1.0}
-    assert "rows.cable_1.coefficients: unknown name 'torso_yaw'" in refusal(raw)
+def test_row_over_an_unknown_joint_is_refused(raw: dict[str, Any]) -> None:
+    raw["rows"][0]["coefficients"] = {"l_shoulder_tilt": 1.0}
+    message = refusal(raw)
+    assert "rows.l_cable_1.coefficients: unknown name 'l_shoulder_tilt'; allowed: neck_p" in message
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "expected"),
+    [
+        ("parts", ["torso", "tail"], "parts: unknown name 'tail'; allowed: head, torso"),
+        ("parts", [], "parts: needs parts, each once"),
+        ("parts", ["torso", "torso"], "parts: needs parts, each once"),
+        ("sensor", "l_hand_ft", "sensor: unknown name 'l_hand_ft'; allowed: l_arm_ft"),
+        ("compliant", ["r_elbow"], "compliant: unknown name 'r_elbow'; allowed: torso_pitch"),
+        ("home_deg", [0.0] * 9, "home_deg: needs 10 values, one per joint of torso, left_arm"),
+        ("rest_deg", [0.0] * 11, "rest_deg: needs 10 values"),
+        ("rest_weights", [1.0], "rest_weights: needs 10 values"),
+        ("rest_weights", [-1.0] + [1.0] * 9, "rest_weights: must not be negative"),
+        ("rest_beta", 0.0, "rest_beta: must be above 0"),
+        ("tip_frame", 3, "tip_frame: expected `str`"),
+    ],
+)
+def test_wrong_limb_is_refused(raw: dict[str, Any], key: str, value: object, expected: str) -> None:
+    raw["limbs"]["left_arm"][key] = value
+    assert f"limbs.left_arm.{expected}" in refusal(raw)
+
+
+def test_main_job_with_an_unknown_limb_is_refused(raw: dict[str, Any]) -> None:
+    raw["reach"]["limb"] = "trunk"
+    assert "reach.limb: unknown name 'trunk'; allowed: left_arm, right_arm" in refusal(raw)
 
 
 def test_a_stop_without_a_posture_comes_down_to_the_park_posture() -> None:

@@ -29,7 +29,7 @@ def test_swings_stay_inside_limits_and_speeds(joint: str) -> None:
     assert amplitude >= 4.0
 
 
-def test_the_rows_of_the_right_shoulder_are_kept() -> None:
+def test_the_rows_of_both_shoulders_are_kept() -> None:
     robot = load_robot("icub")
     swings = {joint: swing_of(robot, joint) for joint in SWINGS}
     for row in robot.rows:
