@@ -1,0 +1,266 @@
+"""Inverse kinematics: a posture for a pose, checked before it is handed out.
+
+A solver proposes; whether an answer is one is decided here, with the model's own kinematics. What
+comes back is finite, keeps limits, rows and step, and is one of three: the answer, the nearest
+posture to a pose that is out of reach, or, out of time, the posture where the search began.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from dforc.arrays import ArrayLike, Vector, constant, finite_vector
+from dforc.errors import NotFiniteError, ShapeError
+from dforc.ik.problem import IkProblem, Priority, TipTarget
+from dforc.ik.solver import RawAnswer, SearchBounds, Solver
+from dforc.ik.sqp import Sqp
+from dforc.ik.starts import other_starts
+from dforc.rotation import angle_between
+
+SEARCH_BUDGET = 400  # iterations of one search: 2 ms
+TRACK_BUDGET = 100
+TRACK_STEP_RAD = math.radians(4.0)  # of a joint, per tick of 10 ms
+PROXIMAL = 0.01  # rad^2 of cost per rad^2 of joint motion in a tick: no jump to another posture
+ROW_MARGIN_RAD = 1e-7  # rows are kept this far inside, so that rounding never crosses one
+KEPT = 1e-6  # by which an answer may miss rows and extra constraints, and not more
+ROUNDING = 1e-3  # share of a tolerance
+AT_BOUND_RAD = 1e-9
+GOOD_RAD = math.radians(0.05)  # an orientation missed by more is worth other starts
+
+
+class IkStatus(StrEnum):
+    """What an answer is worth."""
+
+    CONVERGED = "converged"
+    INFEASIBLE = "infeasible"  # out of reach: q is the nearest posture found
+    OUT_OF_TIME = "out_of_time"  # the budget is used up: q is where the search began
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class IkResult:
+    """One answer. `q_rad` is finite and keeps limits, rows and step whatever the status."""
+
+    q_rad: Vector  # (n,), read-only
+    status: IkStatus
+    position_error_m: float  # of the worst tip; 0 where no position was asked for
+    orientation_error_rad: float
+    tip_errors: tuple[tuple[float, float] | None, ...]  # m and rad of each tip; None: not asked for
+    objective: float  # of eq. 11: what was not a condition, and the posture's cost
+    iterations: int
+    step_limited: bool  # the joint step of this search stood in the way: ask again from here
+    reason: str  # why it is no more than it is; empty for an answer that lacks nothing
+
+
+class InverseKinematics:
+    """One problem at a time, and a solver for it. It remembers no answers."""
+
+    def __init__(self, problem: IkProblem, solver: Solver | None = None) -> None:
+        """Take the problem, and the solver that is to be used (the fastest by default)."""
+        self._solver: Solver = solver or Sqp()
+        self.change(problem)
+
+    @property
+    def problem(self) -> IkProblem:
+        """What is being solved."""
+        return self._problem
+
+    def change(self, problem: IkProblem) -> None:
+        """Solve another problem from the next answer on."""
+        self._problem = problem
+        limits = problem.limits
+        margin = np.minimum(ROW_MARGIN_RAD, 0.25 * (limits.upper - limits.lower))
+        margin[: limits.n] = 0.0
+        self._lower = constant(limits.lower + margin)
+        self._upper = constant(limits.upper - margin)
+
+    def solve(
+        self,
+        targets: Sequence[TipTarget | None],
+        q_start_rad: ArrayLike,
+        *,
+        step_limit_rad: float | ArrayLike = math.inf,
+        budget: int = SEARCH_BUDGET,
+        starts: int = 3,
+    ) -> IkResult:
+        """Search for a posture.
+
+        Args:
+            targets: one per tip, None for a tip that is not asked for.
+            q_start_rad: where the search begins and blocked joints stay (n,). It is brought inside
+                the limits if it is outside.
+            step_limit_rad: largest change of each joint against it (scalar or (n,)).
+            budget: iterations at most.
+            starts: postures to begin from, at most. The others are tried where the first one ends
+                beside the pose, and the best answer counts.
+
+        Raises:
+            NotFiniteError, ShapeError: what is no pose or no posture.
+        """
+        asked, q_start, bounds = self._request(targets, q_start_rad, step_limit_rad)
+        raw = self._solver.solve(self._problem, asked, q_start, bounds, 0.0, budget)
+        best = self._checked(asked, q_start, bounds, raw)
+        used = raw.iterations
+        for other in other_starts(self._problem, q_start, bounds)[: max(0, starts - 1)]:
+            if self._is_good(best) or used >= budget:
+                break
+            raw = self._solver.solve(self._problem, asked, other, bounds, 0.0, budget - used)
+            used += raw.iterations
+            best = _better(best, self._checked(asked, q_start, bounds, raw), self._problem)
+        return _counted(best, used)
+
+    def track(
+        self,
+        targets: Sequence[TipTarget | None],
+        q_before_rad: ArrayLike,
+        *,
+        step_limit_rad: float | ArrayLike = TRACK_STEP_RAD,
+        budget: int = TRACK_BUDGET,
+        proximal: float = PROXIMAL,
+    ) -> IkResult:
+        """The next posture of a stream: near the one before, whatever the target does.
+
+        Args and errors as of `solve`; `q_before_rad` is the answer before. Every answer draws
+        nearer to the best posture: for a pose that stands still the answers converge to it.
+        """
+        asked, q_before, bounds = self._request(targets, q_before_rad, step_limit_rad)
+        raw = self._solver.solve(self._problem, asked, q_before, bounds, proximal, budget)
+        return self._checked(asked, q_before, bounds, raw)
+
+    def _request(
+        self,
+        targets: Sequence[TipTarget | None],
+        q_start_rad: ArrayLike,
+        step_limit_rad: float | ArrayLike,
+    ) -> tuple[list[TipTarget | None], Vector, SearchBounds]:
+        problem = self._problem
+        n = problem.n
+        if len(targets) != len(problem.tips):
+            raise ShapeError(f"{len(targets)} targets for {len(problem.tips)} tips")
+        asked = [None if t is None else TipTarget.checked(t.position_m, t.rotation) for t in targets]
+        q_start = finite_vector("start posture", q_start_rad, n)
+        step = np.asarray(step_limit_rad, dtype=np.float64)
+        if not (step >= 0.0).all():  # also catches NaN
+            raise NotFiniteError(f"joint step must be >= 0, not {step.tolist()}")
+        if problem.limits.violation(q_start) > 0.0:
+            q_start = problem.limits.project(q_start)
+        step = np.where(problem.free, step, 0.0)
+        lower, upper = self._lower.copy(), self._upper.copy()
+        lower[:n] = np.maximum(lower[:n], q_start - step)
+        upper[:n] = np.minimum(upper[:n], q_start + step)
+        return asked, q_start, SearchBounds(lower, upper)
+
+    def _checked(
+        self,
+        targets: Sequence[TipTarget | None],
+        q_start: Vector,
+        bounds: SearchBounds,
+        raw: RawAnswer,
+    ) -> IkResult:
+        """The answer as the caller may use it, with its true errors."""
+        problem, n = self._problem, self._problem.n
+        q, solved, why = raw.q, raw.solved, ""
+        if not solved:
+            why = f"no answer within {raw.iterations} iterations"
+        elif not np.isfinite(q).all():
+            solved, why = False, "the solver's answer is not finite"
+        else:
+            q = np.minimum(np.maximum(q, bounds.lower[:n]), bounds.upper[:n])
+            outside = problem.limits.violation(q)
+            if problem.extra is not None:
+                outside = max(outside, -float(problem.extra.evaluate(q)[0].min(initial=np.inf)))
+            if outside > KEPT:
+                solved, why = False, f"the solver's answer is {outside:.1e} outside a limit"
+        if not solved:
+            q = q_start.copy()
+        errors, position_m, angle_rad, objective = self._errors(targets, q)
+        status = IkStatus.CONVERGED
+        if not solved:
+            status = IkStatus.OUT_OF_TIME
+        elif problem.priority is Priority.POSITION:
+            if position_m > problem.position_tolerance_m * (1.0 + ROUNDING):
+                status, why = IkStatus.INFEASIBLE, f"nearest position is {position_m:.2g} m away"
+        elif angle_rad > problem.orientation_tolerance_rad * (1.0 + ROUNDING):
+            status = IkStatus.INFEASIBLE
+            why = f"nearest orientation is {math.degrees(angle_rad):.2g} deg away"
+        limited = self._is_confined(q, bounds)
+        if limited and status is IkStatus.INFEASIBLE:
+            why += " within this step"
+        return IkResult(
+            q_rad=constant(q),
+            status=status,
+            position_error_m=position_m,
+            orientation_error_rad=angle_rad,
+            tip_errors=errors,
+            objective=objective,
+            iterations=raw.iterations,
+            step_limited=limited,
+            reason=why,
+        )
+
+    def _errors(
+        self, targets: Sequence[TipTarget | None], q: Vector
+    ) -> tuple[tuple[tuple[float, float] | None, ...], float, float, float]:
+        """Of each tip, the worst position, the worst orientation; and the objective."""
+        problem = self._problem
+        errors: list[tuple[float, float] | None] = []
+        worst_m, worst_rad = 0.0, 0.0
+        away = q - problem.rest_rad
+        objective = problem.beta * float((problem.rest_weights * away) @ away)
+        for tip, target in zip(problem.tips, targets, strict=True):
+            if target is None:
+                errors.append(None)
+                continue
+            R, p = tip.pose(q)
+            off_m = off_rad = 0.0
+            if target.position_m is not None:
+                x = p - target.position_m
+                off_m = math.sqrt(float(x @ x))
+            if target.rotation is not None:
+                off_rad = angle_between(R, target.rotation)
+            first = problem.priority is Priority.POSITION
+            objective += off_rad * off_rad if first else off_m * off_m
+            errors.append((off_m, off_rad))
+            worst_m, worst_rad = max(worst_m, off_m), max(worst_rad, off_rad)
+        return tuple(errors), worst_m, worst_rad, objective
+
+    def _is_confined(self, q: Vector, bounds: SearchBounds) -> bool:
+        """Whether a free joint ended where this search's step ends, inside its own limits."""
+        limits, n = self._problem.limits, self._problem.n
+        lower, upper = bounds.lower[:n], bounds.upper[:n]
+        below = (q - lower < AT_BOUND_RAD) & (lower > limits.lower_rad + AT_BOUND_RAD)
+        above = (upper - q < AT_BOUND_RAD) & (upper < limits.upper_rad - AT_BOUND_RAD)
+        return bool(((below | above) & self._problem.free).any())
+
+    def _is_good(self, result: IkResult) -> bool:
+        if result.status is not IkStatus.CONVERGED:
+            return False
+        if self._problem.priority is Priority.ORIENTATION:
+            return result.position_error_m < self._problem.position_tolerance_m
+        return result.orientation_error_rad < GOOD_RAD
+
+
+def _better(a: IkResult, b: IkResult, problem: IkProblem) -> IkResult:
+    """The one that is more of an answer."""
+    order = (IkStatus.CONVERGED, IkStatus.INFEASIBLE, IkStatus.OUT_OF_TIME)
+    if a.status is not b.status:
+        return min(a, b, key=lambda one: order.index(one.status))
+    if a.status is IkStatus.INFEASIBLE:
+        first = problem.priority is Priority.POSITION
+
+        def missed(one: IkResult) -> float:
+            return one.position_error_m if first else one.orientation_error_rad
+
+        if abs(missed(a) - missed(b)) > AT_BOUND_RAD:
+            return min(a, b, key=missed)
+    return min(a, b, key=lambda one: one.objective)
+
+
+def _counted(result: IkResult, iterations: int) -> IkResult:
+    if result.iterations == iterations:
+        return result
+    from dataclasses import replace
+
+    return replace(result, iterations=iterations)

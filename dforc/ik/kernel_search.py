@@ -1,0 +1,269 @@
+"""One search for a posture, for numba: Newton steps on an augmented Lagrangian, inside all limits.
+
+Each step minimises the quadratic model of the cost (exact Hessian, shifted until it is positive)
+subject to the linear limits, and is shortened until the cost falls. The multipliers of the
+conditions are updated as soon as the steps are short. Where a condition does not give way the
+search changes over to the nearest posture: its part of the pose then becomes a stiff cost.
+"""
+
+import math
+from typing import NamedTuple
+
+from dforc.arrays import Matrix, Vector
+from dforc.compiled import compiled
+from dforc.ik.kernel_chain import Indices
+from dforc.ik.kernel_cost import (
+    CONDITION,
+    COST,
+    Chains,
+    Geometry,
+    Goal,
+    Multipliers,
+    cost,
+    expand,
+)
+from dforc.quadratic_kernel import factorise, solve_factorised
+
+REACHED, NEAREST, STOPPED = 0, 1, 2  # how a search ended
+
+LARGEST_STEP_RAD = 0.6  # of a joint, per Newton step
+SHORT_RAD = 0.02  # steps this short update the multipliers
+SETTLED_RAD = 1e-5  # the error left after a Newton step is its square
+KEPT_SHARE = 5e-4  # of the radius that a condition may be missed by
+STUCK_SHARE = 0.3  # a condition that an update does not bring below this share gives no way
+STIFFER = 10.0
+NEAREST_WEIGHTS = (1e5, 1e3)  # of position (1/m^2) and orientation on the way to the nearest one
+FIRST_RHO = (1e3, 1e2)
+SMALLEST_SHIFT, SHIFT_GROWTH, LARGEST_SHIFT = 1e-3, 4.0, 1e9
+HALVINGS = 14
+ARMIJO = 1e-4
+PATIENCE = 2  # updates without headway before a search turns to the nearest posture
+ROUNDING = 1e-15
+
+
+class Limits(NamedTuple):
+    """lower <= C q <= upper, the joints' ranges first."""
+
+    C: Matrix  # (n + m, n)
+    lower: Vector
+    upper: Vector
+    free: Indices  # joints that may move (f,)
+    slots: Indices  # (n,) place among them, or -1
+
+
+class Room(NamedTuple):
+    """Room for a search over f joints and r rows."""
+
+    g: Vector  # (f,)
+    H: Matrix  # (f, f)
+    L: Matrix
+    J: Matrix
+    R: Matrix
+    active: Matrix  # (3, f)
+    work: Matrix  # (3, f)
+    dq: Vector  # (f,)
+    q: Vector  # (n,)
+    C: Matrix  # (r, f): the free columns
+    lower: Vector  # (r,) against the present posture
+    upper: Vector
+
+
+@compiled
+def confine(q: Vector, limits: Limits, room: Room) -> None:
+    """Limits of the coming step."""
+    f = len(limits.free)
+    for i in range(f):
+        joint = limits.free[i]
+        room.lower[i] = max(limits.lower[joint] - q[joint], -LARGEST_STEP_RAD)
+        room.upper[i] = min(limits.upper[joint] - q[joint], LARGEST_STEP_RAD)
+    n = len(q)
+    for row in range(len(room.lower) - f):
+        value = 0.0
+        for joint in range(n):
+            value += limits.C[n + row, joint] * q[joint]
+        # A posture on a row stays allowed, whatever rounding says.
+        room.lower[f + row] = min(limits.lower[n + row] - value, 0.0)
+        room.upper[f + row] = max(limits.upper[n + row] - value, 0.0)
+
+
+@compiled
+def newton_step(room: Room, f: int, shift: float) -> float:
+    """The step into room.dq, and the shift of the Hessian that it took; infinite: there is none."""
+    while shift <= LARGEST_SHIFT:
+        if factorise(room.H, f, shift, room.L):
+            active = solve_factorised(
+                room.L,
+                room.g,
+                room.C,
+                room.lower,
+                room.upper,
+                f,
+                room.dq,
+                room.J,
+                room.R,
+                room.active,
+                room.work,
+            )
+            if active >= 0:
+                return shift
+        shift = max(SMALLEST_SHIFT, SHIFT_GROWTH * shift)
+    return math.inf
+
+
+@compiled
+def walk(
+    q: Vector,
+    value: float,
+    chains: Chains,
+    goal: Goal,
+    multipliers: Multipliers,
+    geometry: Geometry,
+    limits: Limits,
+    room: Room,
+) -> bool:
+    """Go along room.dq as far as the cost falls; False if it does not at all."""
+    f = len(limits.free)
+    slope = 0.0
+    for i in range(f):
+        slope += room.g[i] * room.dq[i]
+    share = 1.0
+    for _ in range(HALVINGS):
+        for i in range(len(q)):
+            room.q[i] = q[i]
+        for i in range(f):
+            joint = limits.free[i]
+            moved = q[joint] + share * room.dq[i]
+            room.q[joint] = min(max(moved, limits.lower[joint]), limits.upper[joint])
+        there = cost(room.q, chains, goal, multipliers, geometry)
+        if there <= value + ARMIJO * share * slope + ROUNDING * (1.0 + abs(value)):
+            for i in range(len(q)):
+                q[i] = room.q[i]
+            return True
+        share *= 0.5
+    return False
+
+
+@compiled
+def missed(goal: Goal, geometry: Geometry) -> float:
+    """By how much the conditions are missed, in their radii; negative where all are kept."""
+    worst = -1.0
+    for t in range(len(goal.roles)):
+        for part in range(2):
+            if goal.roles[t, part] == CONDITION:
+                r = geometry.residuals[t, part]
+                length = math.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
+                worst = max(worst, length / goal.radii[part] - 1.0)
+    return worst
+
+
+@compiled
+def update(goal: Goal, multipliers: Multipliers, geometry: Geometry) -> None:
+    """y = rho (s - its projection into the ball), s = r + y / rho."""
+    for t in range(len(goal.roles)):
+        for part in range(2):
+            if goal.roles[t, part] != CONDITION:
+                continue
+            r, y, rho = geometry.residuals[t, part], multipliers.y[t, part], multipliers.rho[part]
+            square = 0.0
+            for i in range(3):
+                y[i] = rho * r[i] + y[i]
+                square += y[i] * y[i]
+            length = math.sqrt(square)
+            share = 0.0
+            if length > rho * goal.radii[part]:
+                share = 1.0 - rho * goal.radii[part] / length
+            for i in range(3):
+                y[i] *= share
+
+
+@compiled
+def relax(goal: Goal) -> None:
+    """Make every condition a stiff cost."""
+    for t in range(len(goal.roles)):
+        for part in range(2):
+            if goal.roles[t, part] == CONDITION:
+                goal.roles[t, part] = COST
+                goal.weights[part] = NEAREST_WEIGHTS[part]
+
+
+@compiled
+def begin(limits: Limits, multipliers: Multipliers, room: Room) -> None:
+    """Columns of the free joints; no multipliers yet."""
+    f, n = len(limits.free), limits.C.shape[1]
+    for i in range(f):
+        for j in range(f):
+            room.C[i, j] = 1.0 if i == j else 0.0
+        for row in range(limits.C.shape[0] - n):
+            room.C[f + row, i] = limits.C[n + row, limits.free[i]]
+    multipliers.y[:] = 0.0
+    for part in range(2):
+        multipliers.rho[part] = FIRST_RHO[part]
+
+
+@compiled
+def stiffen(multipliers: Multipliers) -> None:
+    """Weigh conditions more."""
+    for part in range(2):
+        multipliers.rho[part] *= STIFFER
+
+
+@compiled
+def finite_length(dq: Vector, f: int) -> float:
+    """The largest step of a joint."""
+    longest = 0.0
+    for i in range(f):
+        longest = max(longest, abs(dq[i]))
+    return longest
+
+
+@compiled
+def search(
+    q: Vector,
+    chains: Chains,
+    goal: Goal,
+    limits: Limits,
+    multipliers: Multipliers,
+    geometry: Geometry,
+    room: Room,
+    budget: int,
+) -> tuple[int, int]:
+    """From q to the answer, in place. How it ended, and after how many iterations.
+
+    REACHED: optimal, all conditions kept. NEAREST: optimal, some condition cannot be kept near
+    here. STOPPED: the budget is used up. q is inside the limits in any case. The goal's conditions
+    are costs afterwards where the search ended at the nearest posture.
+    """
+    begin(limits, multipliers, room)
+    f = len(limits.free)
+    shift, before, stuck = 0.0, math.inf, 0
+    ended, short, settled = REACHED, False, f == 0
+    for iteration in range(budget):
+        value = expand(
+            q, chains, goal, multipliers, geometry, limits.free, limits.slots, room.g, room.H
+        )
+        off = missed(goal, geometry)
+        if settled and (off <= KEPT_SHARE or f == 0):
+            return (ended if off <= KEPT_SHARE else NEAREST), iteration + 1
+        if (short or settled) and off > KEPT_SHARE:
+            short, settled = False, False
+            stuck = stuck + 1 if off > STUCK_SHARE * before else 0
+            before = off
+            if stuck > PATIENCE:
+                relax(goal)
+                ended = NEAREST
+            else:
+                update(goal, multipliers, geometry)
+                if stuck > 0:
+                    stiffen(multipliers)
+            continue
+        confine(q, limits, room)
+        shift = newton_step(room, f, shift)
+        if shift == math.inf:
+            return STOPPED, iteration + 1
+        longest = finite_length(room.dq, f)
+        settled = longest <= SETTLED_RAD
+        if not walk(q, value, chains, goal, multipliers, geometry, limits, room):
+            settled = True
+        short = longest <= SHORT_RAD and shift == 0.0
+        shift = 0.0 if shift <= SMALLEST_SHIFT else shift / (SHIFT_GROWTH * SHIFT_GROWTH)
+    return STOPPED, budget
