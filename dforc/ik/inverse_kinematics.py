@@ -28,7 +28,7 @@ ROW_MARGIN_RAD = 1e-7  # rows are kept this far inside, so that rounding never c
 KEPT = 1e-6  # by which an answer may miss rows and extra constraints, and not more
 ROUNDING = 1e-3  # share of a tolerance
 AT_BOUND_RAD = 1e-9
-GOOD_RAD = math.radians(0.05)  # an orientation missed by more is worth other starts
+GOOD_RAD = math.radians(2.0)  # an orientation missed by more is worth other starts
 
 
 class IkStatus(StrEnum):

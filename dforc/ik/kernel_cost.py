@@ -57,6 +57,7 @@ class Multipliers(NamedTuple):
 
     y: Cube  # (t, 2, 3)
     rho: Vector  # (2,)
+    radii: Vector  # (2,) that count now: 0 while the search aims at the middle
 
 
 class Geometry(NamedTuple):
@@ -132,6 +133,11 @@ def pulled(
     for i in range(3):
         s[i] = r[i] + y[i] / rho
         square += s[i] * s[i]
+    if role == CONDITION and radius == 0.0:
+        for i in range(3):
+            v[i] = rho * s[i]
+        pull[2, 0], pull[2, 1] = rho, 0.0
+        return 0.5 * rho * square
     length = math.sqrt(square)
     if role == IGNORED or length <= radius:
         for i in range(3):
@@ -171,7 +177,7 @@ def cost(
                 geometry.residuals[t, part],
                 multipliers.y[t, part],
                 multipliers.rho[part],
-                goal.radii[part],
+                multipliers.radii[part],
                 goal.weights[part],
                 geometry.pull,
             )
@@ -199,10 +205,12 @@ def bend(
     share: float,
     g: Vector,
     H: Matrix,
+    B: Matrix,
 ) -> None:
     """Add what one part of tip t's pose pulls and bends: gradient, and Hessian's lower triangle.
 
-    `columns` are dr/dq; d2r/dq_i dq_j counts as `share` of axes_j x columns_i.
+    `columns` are dr/dq; d2r/dq_i dq_j counts as `share` of axes_j x columns_i, and goes into B:
+    the Hessian is H + B, and H alone is never negative.
     """
     v, s, a, c = pull[0], pull[1], pull[2, 0], pull[2, 1]
     for i in range(chains.counts[t]):
@@ -221,15 +229,13 @@ def bend(
             if column < 0:
                 continue
             w, n = columns[j], axes[j]
-            value = (
+            lower, upper = max(row, column), min(row, column)
+            H[lower, upper] += (
                 (a * u[0] + along * s[0]) * w[0]
                 + (a * u[1] + along * s[1]) * w[1]
                 + (a * u[2] + along * s[2]) * w[2]
-                + x * n[0]
-                + y * n[1]
-                + z * n[2]
             )
-            H[max(row, column), min(row, column)] += value
+            B[lower, upper] += x * n[0] + y * n[1] + z * n[2]
 
 
 @compiled
@@ -243,6 +249,7 @@ def expand(
     slots: Indices,
     g: Vector,
     H: Matrix,
+    B: Matrix,
 ) -> float:
     """The whole cost; its gradient and the lower triangle of its Hessian over the free joints.
 
@@ -251,8 +258,9 @@ def expand(
         chains, goal, multipliers, geometry: as above.
         free: the free joints (f,).
         slots: place of each joint among the free ones (n,), -1 for a blocked one.
-        g: result (>= f).
-        H: result (>= f, >= f).
+        g: result (f,).
+        H: result (f, f), the part that is never negative.
+        B: result (f, f), the rest of the Hessian.
     """
     for i in range(len(free)):
         joint = free[i]
@@ -260,8 +268,8 @@ def expand(
         g[i] = 2.0 * weight * (q[joint] - goal.rest[joint]) + 2.0 * near * (
             q[joint] - goal.start[joint]
         )
-        for j in range(i):
-            H[i, j] = 0.0
+        for j in range(i + 1):
+            H[i, j], B[i, j] = 0.0, 0.0
         H[i, i] = 2.0 * (weight + near)
     value = posture_cost(q, goal)
     for t in range(len(chains.counts)):
@@ -283,7 +291,7 @@ def expand(
                 geometry.residuals[t, part],
                 multipliers.y[t, part],
                 multipliers.rho[part],
-                goal.radii[part],
+                multipliers.radii[part],
                 goal.weights[part],
                 pull,
             )
@@ -298,7 +306,7 @@ def expand(
                     levers[i, 0] = axes[i, 1] * rz - axes[i, 2] * ry
                     levers[i, 1] = axes[i, 2] * rx - axes[i, 0] * rz
                     levers[i, 2] = axes[i, 0] * ry - axes[i, 1] * rx
-                bend(chains, t, slots, levers, axes, pull, 1.0, g, H)
+                bend(chains, t, slots, levers, axes, pull, 1.0, g, H, B)
             else:
                 if goal.roles[t, 1] == COST:  # f'' through Jl^-1: exact, since v is along e
                     e = geometry.residuals[t, 1]
@@ -307,5 +315,5 @@ def expand(
                     pull[2, 0] *= k
                 else:
                     through_rotation(geometry.residuals[t, 1], k, b, pull[0])
-                bend(chains, t, slots, axes, axes, pull, 0.5, g, H)
+                bend(chains, t, slots, axes, axes, pull, 0.5, g, H, B)
     return value

@@ -37,6 +37,7 @@ FIRST_RHO = (1e3, 1e2)
 SMALLEST_SHIFT, SHIFT_GROWTH, LARGEST_SHIFT = 1e-3, 4.0, 1e9
 HALVINGS = 14
 ARMIJO = 1e-4
+WORTH = 1e-4  # rad^2 of cost
 PATIENCE = 2  # updates without headway before a search turns to the nearest posture
 ROUNDING = 1e-15
 
@@ -55,7 +56,8 @@ class Room(NamedTuple):
     """Room for a search over f joints and r rows."""
 
     g: Vector  # (f,)
-    H: Matrix  # (f, f)
+    H: Matrix  # (f, f), the part of the Hessian that is never negative
+    B: Matrix  # (f, f), the rest
     L: Matrix
     J: Matrix
     R: Matrix
@@ -87,27 +89,43 @@ def confine(q: Vector, limits: Limits, room: Room) -> None:
 
 
 @compiled
-def newton_step(room: Room, f: int, shift: float) -> float:
-    """The step into room.dq, and the shift of the Hessian that it took; infinite: there is none."""
+def step_with(room: Room, f: int, shift: float) -> bool:
+    """The step into room.dq; False if the Hessian is not positive, or no step keeps the limits."""
+    if not factorise(room.H, f, shift, room.L):
+        return False
+    active = solve_factorised(
+        room.L,
+        room.g,
+        room.C,
+        room.lower,
+        room.upper,
+        f,
+        room.dq,
+        room.J,
+        room.R,
+        room.active,
+        room.work,
+    )
+    return active >= 0
+
+
+@compiled
+def newton_step(room: Room, f: int) -> bool:
+    """The step into room.dq: with the whole Hessian, or the part of it that is never negative."""
+    for i in range(f):
+        for j in range(i + 1):
+            room.H[i, j] += room.B[i, j]
+    if step_with(room, f, 0.0):
+        return True
+    for i in range(f):
+        for j in range(i + 1):
+            room.H[i, j] -= room.B[i, j]
+    shift = 0.0
     while shift <= LARGEST_SHIFT:
-        if factorise(room.H, f, shift, room.L):
-            active = solve_factorised(
-                room.L,
-                room.g,
-                room.C,
-                room.lower,
-                room.upper,
-                f,
-                room.dq,
-                room.J,
-                room.R,
-                room.active,
-                room.work,
-            )
-            if active >= 0:
-                return shift
+        if step_with(room, f, shift):
+            return True
         shift = max(SMALLEST_SHIFT, SHIFT_GROWTH * shift)
-    return math.inf
+    return False
 
 
 @compiled
@@ -169,11 +187,27 @@ def update(goal: Goal, multipliers: Multipliers, geometry: Geometry) -> None:
                 y[i] = rho * r[i] + y[i]
                 square += y[i] * y[i]
             length = math.sqrt(square)
-            share = 0.0
-            if length > rho * goal.radii[part]:
-                share = 1.0 - rho * goal.radii[part] / length
+            share = 1.0
+            if multipliers.radii[part] > 0.0:
+                share = max(0.0, 1.0 - rho * multipliers.radii[part] / max(length, 1e-300))
             for i in range(3):
                 y[i] *= share
+
+
+@compiled
+def widen(goal: Goal, multipliers: Multipliers) -> bool:
+    """Let conditions use their radius where that is worth it; whether it is for any."""
+    any_wider = False
+    for part in range(2):
+        gain = 0.0
+        for t in range(len(goal.roles)):
+            if goal.roles[t, part] == CONDITION:
+                y = multipliers.y[t, part]
+                gain += math.sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) * goal.radii[part]
+        if gain > WORTH and multipliers.radii[part] == 0.0:
+            multipliers.radii[part] = goal.radii[part]
+            any_wider = True
+    return any_wider
 
 
 @compiled
@@ -198,6 +232,7 @@ def begin(limits: Limits, multipliers: Multipliers, room: Room) -> None:
     multipliers.y[:] = 0.0
     for part in range(2):
         multipliers.rho[part] = FIRST_RHO[part]
+        multipliers.radii[part] = 0.0
 
 
 @compiled
@@ -226,24 +261,41 @@ def search(
     geometry: Geometry,
     room: Room,
     budget: int,
+    use_radius: bool,
 ) -> tuple[int, int]:
     """From q to the answer, in place. How it ended, and after how many iterations.
 
     REACHED: optimal, all conditions kept. NEAREST: optimal, some condition cannot be kept near
     here. STOPPED: the budget is used up. q is inside the limits in any case. The goal's conditions
-    are costs afterwards where the search ended at the nearest posture.
+    are costs afterwards where the search ended at the nearest posture. It aims at the middle of
+    every condition; with `use_radius` it then goes to its edge where that lowers the cost by more
+    than WORTH.
     """
     begin(limits, multipliers, room)
     f = len(limits.free)
-    shift, before, stuck = 0.0, math.inf, 0
+    before, stuck = math.inf, 0
     ended, short, settled = REACHED, False, f == 0
     for iteration in range(budget):
         value = expand(
-            q, chains, goal, multipliers, geometry, limits.free, limits.slots, room.g, room.H
+            q,
+            chains,
+            goal,
+            multipliers,
+            geometry,
+            limits.free,
+            limits.slots,
+            room.g,
+            room.H,
+            room.B,
         )
         off = missed(goal, geometry)
-        if settled and (off <= KEPT_SHARE or f == 0):
-            return (ended if off <= KEPT_SHARE else NEAREST), iteration + 1
+        if f == 0:
+            return (REACHED if off <= KEPT_SHARE else NEAREST), iteration + 1
+        if settled and off <= KEPT_SHARE:
+            if not use_radius or not widen(goal, multipliers):
+                return ended, iteration + 1
+            settled, before = False, math.inf
+            continue
         if (short or settled) and off > KEPT_SHARE:
             short, settled = False, False
             stuck = stuck + 1 if off > STUCK_SHARE * before else 0
@@ -257,13 +309,11 @@ def search(
                     stiffen(multipliers)
             continue
         confine(q, limits, room)
-        shift = newton_step(room, f, shift)
-        if shift == math.inf:
+        if not newton_step(room, f):
             return STOPPED, iteration + 1
         longest = finite_length(room.dq, f)
         settled = longest <= SETTLED_RAD
         if not walk(q, value, chains, goal, multipliers, geometry, limits, room):
             settled = True
-        short = longest <= SHORT_RAD and shift == 0.0
-        shift = 0.0 if shift <= SMALLEST_SHIFT else shift / (SHIFT_GROWTH * SHIFT_GROWTH)
+        short = longest <= SHORT_RAD
     return STOPPED, budget

@@ -72,7 +72,15 @@ class Sqp:
         limits = Limits(C, bounds.lower, bounds.upper, free, slots)
         room = self._room(len(free), len(free) + len(C) - n, n)
         ended, iterations = search(
-            q, self._chains, self._goal, limits, self._multipliers, self._geometry, room, budget
+            q,
+            self._chains,
+            self._goal,
+            limits,
+            self._multipliers,
+            self._geometry,
+            room,
+            budget,
+            self._goal.proximal[0] == 0.0,
         )
         return RawAnswer(q, iterations, ended != STOPPED)
 
@@ -141,7 +149,7 @@ class Sqp:
             start=np.zeros(n),
             proximal=np.zeros(1),
         )
-        self._multipliers = Multipliers(np.zeros((tips, 2, 3)), np.ones(2))
+        self._multipliers = Multipliers(np.zeros((tips, 2, 3)), np.ones(2), np.zeros(2))
         self._geometry = Geometry(
             axes=np.zeros((longest + 1, 3)),
             origins=np.zeros((longest + 4, 3)),
@@ -183,6 +191,7 @@ class Sqp:
             room = self._rooms[f, rows] = Room(
                 g=np.zeros(f),
                 H=np.zeros((f, f)),
+                B=np.zeros((f, f)),
                 L=np.zeros((f, f)),
                 J=np.zeros((f, f)),
                 R=np.zeros((f, f)),
