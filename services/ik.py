@@ -1,99 +1,160 @@
-"""Inverse kinematics: one posture of the limb for every virtual point (eq. 11, by IPOPT).
+"""Inverse kinematics: a posture of the limb for every virtual point, and for poses on request.
 
-Reads   field/virtual_point (trigger), cartesian/status (the posture where the search starts)
-Writes  ik/ik_solution
-Each search starts from the previous answer, and no joint moves by more than a few degrees from one
-answer to the next. A position out of reach gives the nearest feasible posture, and says so. A point
-or a posture that is not finite is refused, counted and logged.
+Reads   field/virtual_point (trigger), cartesian/status (trigger, nothing else), cartesian/setup,
+        joint_state of the limbs' parts (where a search begins)
+Writes  ik/ik_solution, ik/status
+Serves  ik/request
+Points: each search starts from the answer before, and no joint moves by more than a few degrees
+from one answer to the next. A position out of reach gives the nearest feasible posture, and says
+so. A point that is none is refused, counted and logged.
+Requests: poses wait in a queue; each step works off some of them, and fewer while points come, so
+that those are answered in time. Nothing that is asked moves the robot.
 """
 
 import logging
-import math
+from collections import deque
 
-import numpy as np
-
-from dforc import rotation
-from dforc.arrays import Vector
-from dforc.errors import DforcError
-from dforc.ik import IkSettings, InverseKinematics
 from services.config import load_robot
+from services.core.errors import ConfigError
 from services.core.live import Context, run_process
 from services.core.log import OncePerSecond
 from services.core.service import Inputs, Outputs, Service
-from services.messages import IkSolution, VirtualPoint
-from services.reaching.limb import limb_limits, limb_model
+from services.messages import VirtualPoint
+from services.reaching.ik_follower import Follower
+from services.reaching.ik_job import IkJob
+from services.reaching.ik_limb import IkLimb
+from services.reaching.ik_statistics import SearchCount
+from services.reaching.limb import find_limb
+from services.reaching.messages import IkReply, IkRequest, IkStatusReport
 from services.robotfile.robot_tables import RobotFile
-from services.streams import CARTESIAN_STATUS, IK_SOLUTION, VIRTUAL_POINT
+from services.streams import (
+    CARTESIAN_SETUP,
+    CARTESIAN_STATUS,
+    IK_CALL,
+    IK_SOLUTION,
+    IK_STATUS,
+    VIRTUAL_POINT,
+)
 
 logger = logging.getLogger(__name__)
 
-STATE_AGE_S = 0.1
-STEP_LIMIT_RAD = math.radians(5.0)  # per 10 ms; a larger step is a jump to another posture
-FORGET_AFTER_S = 0.5  # without points, the next search starts from the measured posture again
+STATUS_PERIOD_NS = 100_000_000
+FOLLOWING_WORK_MS = 2.0  # for requests, in one step while points come: a fifth of their period
+IDLE_WORK_MS = 50.0  # else
+AWAKE_S = 0.5  # cartesian/status silent for longer: only requests start steps
 
 
 class Ik(Service):
-    """One solver, warm-started."""
+    """A solver for each limb of the parts in use."""
 
-    reads = (VIRTUAL_POINT, CARTESIAN_STATUS)
-    writes = (IK_SOLUTION,)
-    trigger = VIRTUAL_POINT
+    writes = (IK_SOLUTION, IK_STATUS)
+    serves = (IK_CALL,)
+    trigger = (VIRTUAL_POINT, CARTESIAN_STATUS)
 
     def __init__(self, robot: RobotFile) -> None:
-        self._solver = InverseKinematics(
-            limb_model(robot),
-            limb_limits(robot),
-            np.radians(robot.reach.rest_deg),
-            robot.reach.rest_weights,
-            IkSettings(beta=robot.reach.rest_beta),
-        )
-        self._answer: Vector | None = None
-        self._answered_ns = 0
-        self.refused = 0
+        self._limbs = {name: IkLimb(robot, name) for name in robot.limbs}
+        self._first = self._limbs[find_limb(robot).name]
+        self._follower = Follower(self._first)
+        self._requests = SearchCount()
+        self._jobs: deque[tuple[int, IkJob]] = deque()
+        self._setup_refused = ""
+        self._reported_ns = -STATUS_PERIOD_NS
         self._throttle = OncePerSecond()
+        states = dict.fromkeys(state for limb in self._limbs.values() for state in limb.states)
+        self.reads = (VIRTUAL_POINT, CARTESIAN_STATUS, CARTESIAN_SETUP, *states)
+
+    @property
+    def refused(self) -> int:
+        """Points that were none."""
+        return self._follower.counts.refused
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
         """Answer the newest point; older ones that queued up meanwhile are history."""
+        self._take_setups(now_ns, inputs)
         point = inputs.new(VIRTUAL_POINT)
-        if point is None:
-            return
-        if self._answer is None or now_ns - self._answered_ns > FORGET_AFTER_S * 1e9:
-            self._answer = self._measured(inputs)
-            self._solver.reset()
-            if self._answer is None:
-                return
+        if point is not None:
+            self._follow(now_ns, point, inputs, outputs)
+        for token, request in inputs.requests(IK_CALL):
+            self._take_request(now_ns, token, request, inputs, outputs)
+        if self._jobs:
+            self._work(now_ns, inputs, outputs)
+        if now_ns - self._reported_ns >= STATUS_PERIOD_NS:
+            self._reported_ns = now_ns
+            outputs.put(IK_STATUS, self._status(now_ns))
+
+    def _take_setups(self, now_ns: int, inputs: Inputs) -> None:
+        for message in inputs.all_new(CARTESIAN_SETUP):
+            try:
+                self._limb(message.setup.limb).set_up(message.setup)
+                self._setup_refused = ""
+            except ConfigError as error:
+                self._setup_refused = str(error)
+                if self._throttle.allows("setup", now_ns):
+                    logger.warning("set-up refused: %s", error)
+
+    def _follow(self, now_ns: int, point: VirtualPoint, inputs: Inputs, outputs: Outputs) -> None:
         try:
-            solution = self._solve(now_ns, point, self._answer)
-        except DforcError as error:  # not finite, or a posture or rotation that is none
-            self.refused += 1
+            limb = self._limb(point.limb)
+            self._follower.use(limb)
+            solution = self._follower.answer(now_ns, point, limb.measured(inputs))
+        except ConfigError as error:
+            self._follower.counts.refused += 1
             if self._throttle.allows("point", now_ns):
                 logger.warning("point refused: %s", error)
             return
-        outputs.put(IK_SOLUTION, solution)
+        if solution is not None:
+            outputs.put(IK_SOLUTION, solution)
 
-    def _solve(self, now_ns: int, point: VirtualPoint, start: Vector) -> IkSolution:
-        result = self._solver.solve(
-            point.position_m, rotation.matrix(point.rotation_rad), start, STEP_LIMIT_RAD
-        )
-        self._answer = result.q_rad
-        self._answered_ns = now_ns
-        return IkSolution(
+    def _take_request(
+        self, now_ns: int, token: int, request: IkRequest, inputs: Inputs, outputs: Outputs
+    ) -> None:
+        try:
+            limb = self._limb(request.limb)
+            job = IkJob(limb, request, limb.measured(inputs), self._requests, now_ns)
+        except ConfigError as error:
+            self._requests.refused += 1
+            outputs.reply(IK_CALL, token, IkReply(ok=False, reason=str(error)))
+            return
+        self._jobs.append((token, job))
+
+    def _work(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
+        """Solve poses of the requests, the first come first, as many as this step may."""
+        left_ms = IDLE_WORK_MS
+        if self._follower.is_following(now_ns):
+            left_ms = FOLLOWING_WORK_MS
+        elif inputs.age_s(CARTESIAN_STATUS) > AWAKE_S:
+            left_ms = float("inf")  # no step would come to go on in
+        while self._jobs and left_ms > 0.0:
+            token, job = self._jobs[0]
+            left_ms -= job.advance()
+            if not job.waiting:
+                self._jobs.popleft()
+                outputs.reply(IK_CALL, token, job.reply(now_ns))
+
+    def _limb(self, name: str) -> IkLimb:
+        limb = self._limbs.get(name) if name else self._first
+        if limb is None:
+            raise ConfigError(f"unknown limb {name!r}; there are: {', '.join(self._limbs)}")
+        return limb
+
+    def _status(self, now_ns: int) -> IkStatusReport:
+        follower = self._follower
+        return IkStatusReport(
             stamp_ns=now_ns,
-            sequence=point.sequence,
-            q_rad=tuple(result.q_rad.tolist()),
-            status=str(result.status),
-            position_error_m=result.position_error_m,
-            orientation_error_rad=result.orientation_error_rad,
-            iterations=result.iterations,
+            limb=follower.limb.name,
+            solver=follower.solver,
+            joints=follower.limb.joints,
+            status=follower.status,
+            reason=follower.reason,
+            stream=follower.counts.report(),
+            requests=self._requests.report(),
+            waiting=sum(job.waiting for _, job in self._jobs),
+            setup_refused=self._setup_refused,
         )
-
-    def _measured(self, inputs: Inputs) -> Vector | None:
-        status = inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S)
-        return None if status is None or not status.q_rad else np.array(status.q_rad)
 
 
 def build(context: Context) -> Ik:
-    """Build the optimisation problem of the robot's limb."""
+    """Build the problems of the robot's limbs."""
     return Ik(load_robot(context.robot))
 
 
