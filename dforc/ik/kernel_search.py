@@ -29,6 +29,7 @@ REACHED, NEAREST, STOPPED = 0, 1, 2  # how a search ended
 LARGEST_STEP_RAD = 0.6  # of a joint, per Newton step
 SHORT_RAD = 0.02  # steps this short update the multipliers
 SETTLED_RAD = 1e-5  # the error left after a Newton step is its square
+AT_LIMIT_RAD = 1e-9
 KEPT_SHARE = 5e-4  # of the radius that a condition may be missed by
 STUCK_SHARE = 0.3  # a condition that an update does not bring below this share gives no way
 STIFFER = 10.0
@@ -61,7 +62,8 @@ class Room(NamedTuple):
     L: Matrix
     J: Matrix
     R: Matrix
-    active: Matrix  # (3, f)
+    active: Matrix  # (3, f): row, side and multiplier of what holds the last step
+    held: Indices  # (1,) how many
     work: Matrix  # (3, f)
     dq: Vector  # (f,)
     q: Vector  # (n,)
@@ -89,10 +91,8 @@ def confine(q: Vector, limits: Limits, room: Room) -> None:
 
 
 @compiled
-def step_with(room: Room, f: int, shift: float) -> bool:
-    """The step into room.dq; False if the Hessian is not positive, or no step keeps the limits."""
-    if not factorise(room.H, f, shift, room.L):
-        return False
+def step_with_factor(room: Room, f: int) -> bool:
+    """The step into room.dq; False if none keeps the limits."""
     active = solve_factorised(
         room.L,
         room.g,
@@ -106,26 +106,57 @@ def step_with(room: Room, f: int, shift: float) -> bool:
         room.active,
         room.work,
     )
+    if active >= 0:
+        room.held[0] = active
     return active >= 0
 
 
 @compiled
-def newton_step(room: Room, f: int) -> bool:
-    """The step into room.dq: with the whole Hessian, or the part of it that is never negative."""
+def brace(room: Room, f: int, M: Matrix) -> None:
+    """Stiffen a Hessian across the limits that held the last step and still stop this one.
+
+    As long as they hold nothing moves across them and the step is the same; but a Hessian that is
+    negative only there is so no more.
+    """
+    stiffness = 1.0
+    for i in range(f):
+        stiffness = max(stiffness, 2.0 * abs(M[i, i]))
+    for k in range(room.held[0]):
+        row, side = int(room.active[0, k]), room.active[1, k]
+        inside = -room.lower[row] if side > 0.0 else room.upper[row]
+        if inside > AT_LIMIT_RAD:
+            continue
+        for i in range(f):
+            if room.C[row, i] != 0.0:
+                for j in range(i + 1):
+                    M[i, j] += stiffness * room.C[row, i] * room.C[row, j]
+
+
+@compiled
+def newton_step(room: Room, f: int, gauss: bool, shift: float) -> float:
+    """The step into room.dq; the shift that it took, infinite if there is no step.
+
+    With the whole Hessian where it is positive. Where it is not: `gauss` takes the part that is
+    never negative, which is good near a pose that can be reached; else the whole is shifted by
+    its diagonal, from `shift` on, which is good where much is missed.
+    """
     for i in range(f):
         for j in range(i + 1):
-            room.H[i, j] += room.B[i, j]
-    if step_with(room, f, 0.0):
-        return True
-    for i in range(f):
-        for j in range(i + 1):
-            room.H[i, j] -= room.B[i, j]
-    shift = 0.0
+            room.B[i, j] += room.H[i, j]
+    if factorise(room.B, f, 0.0, room.L):
+        if step_with_factor(room, f):
+            return 0.0
+    elif room.held[0] > 0:
+        brace(room, f, room.B)
+        if factorise(room.B, f, 0.0, room.L) and step_with_factor(room, f):
+            return 0.0
+    shift = 0.0 if gauss else max(shift, SMALLEST_SHIFT)
     while shift <= LARGEST_SHIFT:
-        if step_with(room, f, shift):
-            return True
+        positive = factorise(room.H if gauss else room.B, f, shift, room.L)
+        if positive and step_with_factor(room, f):
+            return shift
         shift = max(SMALLEST_SHIFT, SHIFT_GROWTH * shift)
-    return False
+    return math.inf
 
 
 @compiled
@@ -138,8 +169,8 @@ def walk(
     geometry: Geometry,
     limits: Limits,
     room: Room,
-) -> bool:
-    """Go along room.dq as far as the cost falls; False if it does not at all."""
+) -> float:
+    """Go along room.dq as far as the cost falls. The share that was gone; 0 if it does not fall."""
     f = len(limits.free)
     slope = 0.0
     for i in range(f):
@@ -156,9 +187,9 @@ def walk(
         if there <= value + ARMIJO * share * slope + ROUNDING * (1.0 + abs(value)):
             for i in range(len(q)):
                 q[i] = room.q[i]
-            return True
+            return share
         share *= 0.5
-    return False
+    return 0.0
 
 
 @compiled
@@ -229,6 +260,7 @@ def begin(limits: Limits, multipliers: Multipliers, room: Room) -> None:
             room.C[i, j] = 1.0 if i == j else 0.0
         for row in range(limits.C.shape[0] - n):
             room.C[f + row, i] = limits.C[n + row, limits.free[i]]
+    room.held[0] = 0
     multipliers.y[:] = 0.0
     for part in range(2):
         multipliers.rho[part] = FIRST_RHO[part]
@@ -273,8 +305,8 @@ def search(
     """
     begin(limits, multipliers, room)
     f = len(limits.free)
-    before, stuck = math.inf, 0
-    ended, short, settled = REACHED, False, f == 0
+    before, stuck, shift = math.inf, 0, 0.0
+    ended, short, settled, gauss = REACHED, False, f == 0, True
     for iteration in range(budget):
         value = expand(
             q,
@@ -309,11 +341,15 @@ def search(
                     stiffen(multipliers)
             continue
         confine(q, limits, room)
-        if not newton_step(room, f):
+        shift = newton_step(room, f, gauss, shift / (SHIFT_GROWTH * SHIFT_GROWTH))
+        if shift == math.inf:
             return STOPPED, iteration + 1
         longest = finite_length(room.dq, f)
         settled = longest <= SETTLED_RAD
-        if not walk(q, value, chains, goal, multipliers, geometry, limits, room):
+        share = walk(q, value, chains, goal, multipliers, geometry, limits, room)
+        if share < 1.0:
+            gauss = not gauss
+        if share == 0.0:
             settled = True
         short = longest <= SHORT_RAD
     return STOPPED, budget

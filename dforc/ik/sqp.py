@@ -196,6 +196,7 @@ class Sqp:
                 J=np.zeros((f, f)),
                 R=np.zeros((f, f)),
                 active=np.zeros((3, f)),
+                held=np.zeros(1, dtype=np.int64),
                 work=np.zeros((3, f)),
                 dq=np.zeros(f),
                 q=np.zeros(n),
