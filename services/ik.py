@@ -54,6 +54,7 @@ class Ik(Service):
     def __init__(self, robot: RobotFile) -> None:
         self._limbs = {name: IkLimb(robot, name) for name in robot.limbs}
         self._first = self._limbs[find_limb(robot).name]
+        self._first.warm()
         self._follower = Follower(self._first)
         self._requests = SearchCount()
         self._jobs: deque[tuple[int, IkJob]] = deque()

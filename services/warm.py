@@ -8,15 +8,17 @@ from firmware_sim.rig import Rig
 from services.config import load_robot
 from services.dynamics import Dynamics
 from services.emulated.emulation import rig_spec
+from services.ik import Ik
 from services.processes import DEFAULT_ROBOT
 
 
 def main() -> int:
-    """Run everything that is compiled: every door of the boards, the plant, and the dynamics."""
+    """Run everything that is compiled: doors of the boards, plant, dynamics, inverse kinematics."""
     warm()
     robot = load_robot(DEFAULT_ROBOT)
     Rig(rig_spec(robot, seed=0)).step({})
     Dynamics(robot)
+    Ik(robot)
     return 0
 
 

@@ -145,10 +145,11 @@ def _targets(request: IkRequest, tips: int) -> list[Targets]:
 
 def _start(start_rad: Floats, problem: IkProblem, measured: Vector | None) -> Vector:
     """The posture inside all limits that the first search begins at."""
-    if not start_rad and measured is None:
+    given = start_rad or measured
+    if given is None:
         raise ConfigError("the measured posture is not known; give one to start from")
     try:
-        start = finite_vector("start", start_rad or measured, problem.n)
+        start = finite_vector("start", given, problem.n)
     except DforcError as error:
         raise ConfigError(str(error)) from error
     return problem.limits.project(start) if problem.limits.violation(start) > 0.0 else start

@@ -7,7 +7,8 @@ from typing import Literal
 import numpy as np
 
 from dforc.arrays import Vector
-from dforc.ik.problem import IkProblem
+from dforc.ik.inverse_kinematics import InverseKinematics
+from dforc.ik.problem import IkProblem, TipTarget
 from dforc.ik.solver import Solver
 from dforc.ik.sqp import Sqp
 from services.core.errors import ConfigError
@@ -79,6 +80,12 @@ class IkLimb:
         if key not in self._solvers:
             self._solvers[key] = SOLVERS[key[0]]()
         return self._solvers[key]
+
+    def warm(self) -> None:
+        """Search once, so that what is compiled has been when somebody waits for it."""
+        homes = [tip.pose(self.home_rad) for tip in self._plain.tips]
+        targets = [TipTarget.checked(p, R) for R, p in homes]
+        InverseKinematics(self._plain, self.solver("", "stream")).track(targets, self.home_rad)
 
     def measured(self, inputs: Inputs) -> Vector | None:
         """The posture as measured; None while it is not known."""
