@@ -17,8 +17,8 @@ import msgspec
 import numpy as np
 
 from benchmarks.push import push_rows
-from dforc.cartesian.controller import CartesianParams
 from dforc.cartesian.outer_correction import CorrectionParams
+from dforc.cartesian.params import CartesianParams
 from services.cartesian import Cartesian
 from services.cli.demo import COMPLIANT_BAR_M, STIFF_BAR_M
 from services.config import load_robot

@@ -1,71 +1,177 @@
-"""The target of the Cartesian controller over time: does it move or did it jump, and time to go."""
+"""What the plan is drawn to, over time: did the target jump or does it move, and time to go."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
-from dforc.arrays import ArrayLike, Matrix, Vector, finite_vector
+from dforc.arrays import Matrix, Vector
+from dforc.cartesian.params import CartesianParams
+from dforc.cartesian.targets import Wanted
+from dforc.rotation import matrix
 
 JUMP_M = 0.005  # a target this far from where its velocity led has jumped
 JUMP_RAD = 0.05  # of a joint of the target posture; also an element of the rotation matrix
+JUMP_OF_SPEED = 1e-9  # m/s, rad/s: a speed that differs by more is a new one
+REST_BAND_JOINT_RAD = 0.01  # a posture that trembles by less, for a pose at rest, is not followed
+MIN_JERK_PEAK = 1.875  # peak over mean speed of a minimum-jerk move
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Target:
-    """A pose with its velocity, and the posture that reaches it."""
+class Mode(StrEnum):
+    """What the plan does."""
 
-    position: Vector  # (3,)
-    rotation: Matrix  # (3, 3)
-    velocity: Vector  # (6,), linear then angular
-    q: Vector  # (n,)
-
-    @classmethod
-    def checked(
-        cls,
-        position_m: ArrayLike,
-        rotation: Matrix,
-        velocity_m_s: ArrayLike,
-        q_rad: ArrayLike,
-        n: int,
-    ) -> "Target":
-        """A copy. Raises NotFiniteError or ShapeError."""
-        velocity = np.zeros(6)
-        velocity[:3] = finite_vector("target velocity", velocity_m_s, 3)
-        return cls(
-            finite_vector("target position", position_m, 3),
-            finite_vector("target rotation", np.ravel(rotation), 9).reshape(3, 3),
-            velocity,
-            finite_vector("target posture", q_rad, n),
-        )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class AimTimes:
-    """Times to go."""
-
-    trajectory_s: float  # after a jump
-    following_s: float  # floor of the task's
-    posture_s: float  # floor of the joints'
+    HOLD = "hold"  # stopping or stopped
+    REACH = "reach"  # poses and posture
+    SPEED = "speed"  # speeds of the tips
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Aim:
-    """The target and the time that is left to reach it."""
+    """The target and the times that are left."""
 
-    target: Target
-    joint_time_s: float
+    mode: Mode
+    position: Matrix  # (k, 3); in speed mode where the tips would be without any error
+    rotation: NDArray[np.float64]  # (k, 3, 3)
+    velocity: Matrix  # (k, 6), linear then angular
+    active: Matrix  # (k, 6): 1 where it counts, else 0
+    q: Vector  # (n,)
+    q_onset: Vector  # (n,): the plan when this motion began
     task_time_s: float
-    held: bool  # no target was given: stopping or stopped
+    joint_time_s: float
+    brake_time_s: float  # of joints that come to rest whatever the target
+    duration_s: float  # of this motion
 
-    def followed(self, target: Target, times: AimTimes, period_s: float) -> "Aim":
-        """The next target. A jump gives the generators the whole trajectory time again."""
-        before = self.target
-        task_time_s = max(self.task_time_s - period_s, times.following_s)
-        joint_time_s = max(self.joint_time_s - period_s, times.posture_s)
-        expected = before.position + before.velocity[:3] * period_s
-        moved = np.abs(target.position - expected).max() > JUMP_M
-        if moved or np.abs(target.rotation - before.rotation).max() > JUMP_RAD:
-            task_time_s = times.trajectory_s
-        if np.abs(target.q - before.q).max() > JUMP_RAD:
-            joint_time_s = times.trajectory_s
-        return Aim(target, joint_time_s, task_time_s, held=False)
+    @classmethod
+    def at_rest(cls, q: Vector, tips: int) -> "Aim":
+        """Hold a posture."""
+        turns = np.tile(np.eye(3), (tips, 1, 1))
+        nothing = np.zeros((tips, 6))
+        where = np.zeros((tips, 3))
+        return cls(Mode.HOLD, where, turns, nothing, nothing, q, q, 0.0, 0.0, 0.0, 0.0)
+
+    def stopping(self, params: CartesianParams) -> "Aim":
+        """No target: brake, or go on braking."""
+        if self.mode is Mode.HOLD:
+            return replace(self, brake_time_s=max(self.brake_time_s - params.period_s, 0.0))
+        nothing = np.zeros_like(self.velocity)
+        return replace(
+            self,
+            mode=Mode.HOLD,
+            velocity=nothing,
+            active=nothing,
+            brake_time_s=params.stop_time_s,
+            duration_s=params.stop_time_s,
+        )
+
+    def keeps_pattern(self, wanted: Wanted) -> bool:
+        """Whether the same coordinates count as before, in the same mode."""
+        mode = Mode.SPEED if wanted.q is None else Mode.REACH
+        return self.mode is mode and np.array_equal(self.active, wanted.active)
+
+    def reached(
+        self, wanted: Wanted, q_plan: Vector, slowest_s: float, params: CartesianParams
+    ) -> "Aim":
+        """The next poses. A jump gives the generators the whole trajectory time again.
+
+        Args:
+            wanted: poses and posture.
+            q_plan: the plan now (n,).
+            slowest_s: what the slowest joint needs for the way to the target posture.
+            params: times.
+        """
+        assert wanted.q is not None
+        h = params.period_s
+        task_time_s = max(self.task_time_s - h, params.following_time_s)
+        joint_time_s = max(self.joint_time_s - h, params.posture_time_s)
+        whole_s = max(params.trajectory_time_s, slowest_s)
+        afresh = not self.keeps_pattern(wanted)
+        pose_jumped = afresh or self._jumped(wanted, h)
+        posture_jumped = afresh or float(np.abs(wanted.q - self.q).max()) > JUMP_RAD
+        if pose_jumped:
+            task_time_s = whole_s
+        if posture_jumped:
+            joint_time_s = whole_s
+        jumped = pose_jumped or posture_jumped
+        return Aim(
+            mode=Mode.REACH,
+            position=wanted.position,
+            rotation=wanted.rotation,
+            velocity=wanted.velocity,
+            active=wanted.active,
+            q=wanted.q,
+            q_onset=q_plan if jumped else self.q_onset,
+            task_time_s=task_time_s,
+            joint_time_s=joint_time_s,
+            brake_time_s=max(self.brake_time_s - h, 0.0),
+            duration_s=whole_s if jumped else self.duration_s,
+        )
+
+    def _jumped(self, wanted: Wanted, period_s: float) -> bool:
+        expected = self.position + self.velocity[:, :3] * period_s
+        if float(np.abs((wanted.position - expected) * wanted.active[:, :3]).max()) > JUMP_M:
+            return True
+        turned = np.abs(wanted.rotation - self.rotation).max(axis=(1, 2))
+        return bool((turned * wanted.active[:, 3] > JUMP_RAD).any())
+
+    def trembles(self, wanted: Wanted, params: CartesianParams) -> bool:
+        """Whether a target differs from the one reached only by what is not worth following."""
+        if wanted.q is None or not self.keeps_pattern(wanted) or wanted.velocity.any():
+            return False
+        moved = np.abs(wanted.position - self.position).max()
+        turned = np.abs(wanted.rotation - self.rotation).max()
+        bent = np.abs(wanted.q - self.q).max()
+        return bool(
+            moved <= params.rest_band_m
+            and turned <= params.rest_band_rad
+            and bent <= REST_BAND_JOINT_RAD
+        )
+
+    def waited(self, params: CartesianParams) -> "Aim":
+        """The same target one period later."""
+        h = params.period_s
+        return replace(
+            self,
+            task_time_s=max(self.task_time_s - h, params.following_time_s),
+            joint_time_s=max(self.joint_time_s - h, params.posture_time_s),
+            brake_time_s=max(self.brake_time_s - h, 0.0),
+        )
+
+    def speeding(
+        self,
+        wanted: Wanted,
+        poses: tuple[Matrix, NDArray[np.float64]],
+        params: CartesianParams,
+        *,
+        anchored: bool,
+    ) -> "Aim":
+        """The next speeds. `anchored`: where the tips would be is where they are, `poses`."""
+        h = params.period_s
+        afresh = not self.keeps_pattern(wanted)
+        position, rotation = (self.position, self.rotation) if not (afresh or anchored) else poses
+        task_time_s = max(self.task_time_s - h, 0.0)
+        if afresh or np.abs(wanted.velocity - self.velocity).max() > JUMP_OF_SPEED:
+            task_time_s = params.speed_time_s
+        brake_time_s = params.stop_time_s if afresh else max(self.brake_time_s - h, 0.0)
+        return replace(
+            self,
+            mode=Mode.SPEED,
+            position=position,
+            rotation=rotation,
+            velocity=wanted.velocity,
+            active=wanted.active,
+            task_time_s=task_time_s,
+            joint_time_s=0.0,
+            brake_time_s=brake_time_s,
+            duration_s=params.speed_time_s,
+        )
+
+    def moved_on(self, way: Matrix) -> "Aim":
+        """Speed mode, one period later: `way` (k, 6) is what the tips were to cover."""
+        turned = np.stack([matrix(way[i, 3:]) @ R for i, R in enumerate(self.rotation)])
+        return replace(self, position=self.position + way[:, :3], rotation=turned)
+
+
+def slowest_joint_s(way_rad: Vector, speed_limit_rad_s: Vector) -> float:
+    """Shortest minimum-jerk move that keeps every joint to its speed limit."""
+    return float(np.max(MIN_JERK_PEAK * np.abs(way_rad) / speed_limit_rad_s, initial=0.0))

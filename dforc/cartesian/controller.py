@@ -1,11 +1,16 @@
-"""Cartesian controller: two minimum-jerk generators on an internal plan, and an outer correction.
+"""Cartesian controller: minimum-jerk generators on an internal plan, and an outer correction.
 
-Multi-referential scheme (DForC section III-A): a generator in joint space draws the plan to the
-posture q_d that inverse kinematics found, one in task space draws it to the pose (x_d, R_d) along
-a straight line, and dforc.cartesian.coupling joins their speeds. The plan (q_plan) runs open loop:
-the arm's lag cannot shake it. Both generators work on the error against the target in motion, so a
-target whose velocity is told is followed without lag. A target that jumps is reached in minimum
-jerk after T; after that, and for a target that moves smoothly, the time to go stays at its floor.
+Multi-referential scheme (DForC section III-A) for any number of joints and one tip or two: a
+generator in joint space draws the plan to the posture q_d that inverse kinematics found, one in
+task space draws each tip to its pose along a straight line and the shortest turn, and
+dforc.cartesian.coupling joins their speeds. The plan runs open loop: the arm's lag cannot shake it.
+Both generators work on the error against the target in motion, so a target whose velocity is told
+is followed without lag. A target that jumps is reached in minimum jerk after T; after that, and for
+a target that moves smoothly, the time to go stays at its floor.
+
+Speeds can be commanded instead of poses, and without a target the plan comes to rest. Whatever
+changes in motion (kind of target, tips, blocked joints, limits, law), the generators begin anew
+from the speed and acceleration that the plan has, so nothing jumps.
 
 Below the plan, dforc.cartesian.outer_correction moves the reference of compliant joints by the
 integral of their measured error.
@@ -16,91 +21,30 @@ Lengths in m, angles in rad, base frame, joint vectors (n,) in the order of the 
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
-from dforc.arrays import ArrayLike, Matrix, Vector, finite_vector
-from dforc.cartesian.aim import Aim, AimTimes, Target
-from dforc.cartesian.coupling import Coupling, CouplingParams
-from dforc.cartesian.min_jerk import Motion, advance
-from dforc.cartesian.outer_correction import CorrectionParams, CorrectionState, corrected
-from dforc.errors import NotFiniteError
-from dforc.kinematics import HandKinematics
+from dforc.arrays import ArrayLike, Vector, finite_vector
+from dforc.cartesian.aim import Aim, Mode, slowest_joint_s
+from dforc.cartesian.arrival import is_in_target, plan_is_at_rest, progress
+from dforc.cartesian.outer_correction import CorrectionState, corrected
+from dforc.cartesian.params import CartesianParams
+from dforc.cartesian.plan import Planner, PlanStep
+from dforc.cartesian.state import (
+    CartesianOutput,
+    CartesianState,
+    Generators,
+    Measurement,
+    Outside,
+    Poses,
+    TipKinematics,
+    TipReport,
+)
+from dforc.cartesian.targets import Target, Wanted
+from dforc.errors import NotFiniteError, ShapeError
 from dforc.limits import JointLimits
-from dforc.rotation import rotation_error
-
-STOP_SHARE = 0.4  # of speed times T: where a minimum-jerk stop comes to rest without turning back
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CartesianParams:
-    """Tuning of the controller.
-
-    `following_time_s` is the floor of the task's time to go: the plan trails an acceleration a of
-    the target by 0.15 of its square times a, and overshoots a corner by 0.2 of it times the change
-    of speed. `lead_s` moves the reference ahead by the plan's speed, against a lag of the boards
-    below: it helps a stiff arm whose back-EMF is not compensated, and makes a compliant arm with
-    compensation overshoot (5 mm of clearance lost at 40 ms).
-    """
-
-    period_s: float = 0.01
-    trajectory_time_s: float = 0.5  # T: duration of the move to a target that jumps
-    following_time_s: float = 0.05
-    posture_time_s: float = 0.3  # floor of the joints' time to go
-    lead_s: float = 0.0
-    coupling: CouplingParams = field(default_factory=CouplingParams)
-    correction: CorrectionParams = field(default_factory=CorrectionParams)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CartesianTarget:
-    """Where the hand is to be now, and the posture that reaches it."""
-
-    position_m: ArrayLike  # x_d (3,)
-    rotation: Matrix  # R_d (3, 3)
-    q_rad: ArrayLike  # q_d (n,): the answer of inverse kinematics for (almost) this pose
-    velocity_m_s: ArrayLike = (0.0, 0.0, 0.0)  # dx_d (3,); zeros for a target at rest
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Measurement:
-    """What is known of the arm now."""
-
-    q_rad: ArrayLike  # (n,)
-    compliant: Sequence[bool]  # (n,), joints without an integrator of their own
-    external_force_n: float = 0.0  # norm of the estimated force on the hand
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class CartesianState:
-    """What the controller carries from period to period. The first comes from `start`."""
-
-    q_plan: Vector  # (n,)
-    dq_plan: Vector
-    joint_velocity: Vector  # (n,) of the joint generator
-    joint_acceleration: Vector
-    task_velocity: Vector  # (6,) of the task generator
-    task_acceleration: Vector
-    aim: Aim
-    correction: CorrectionState
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class CartesianOutput:
-    """The reference for the joints, and what to report."""
-
-    q_rad: Vector  # q_ref (n,): inside the joint ranges
-    dq_rad_s: Vector  # velocity of the plan (n,)
-    plan_q_rad: Vector  # (n,)
-    plan_position_m: Vector  # (3,) at the time of the measurement
-    plan_rotation: Matrix
-    position_error_m: float  # measured hand to the target
-    orientation_error_rad: float
-    plan_error_m: float  # measured hand to the plan
-    held: bool  # no target
-    gated: bool  # the correction stands still because something pushes the arm
-    saturated: bool  # the correction is at its bound
+from dforc.rotation import angle_between
 
 
 class CartesianController:
@@ -108,149 +52,226 @@ class CartesianController:
 
     def __init__(
         self,
-        model: HandKinematics,
+        tips: Sequence[TipKinematics],
         limits: JointLimits,
         params: CartesianParams | None = None,
+        free: Sequence[bool] | None = None,
     ) -> None:
-        """Keep model, limits and tuning.
+        """Keep tips, limits and tuning.
 
         Args:
-            model: kinematics of the hand.
+            tips: what is to be placed, all over the same joints.
             limits: ranges and rows that plan and reference keep.
             params: tuning.
+            free: joints that may move (n,); the others come to rest and hold. None: all.
+
+        Raises:
+            ShapeError: tips, limits and flags of different numbers of joints.
+            ParameterError: tuning that no controller can have.
         """
-        self._model = model
-        self._limits = limits
-        self._params = params or CartesianParams()
-        self._times = AimTimes(
-            trajectory_s=self._params.trajectory_time_s,
-            following_s=self._params.following_time_s,
-            posture_s=self._params.posture_time_s,
+        self.tips = tuple(tips)
+        self.limits = limits
+        self.params = params or CartesianParams()
+        self.free = tuple(bool(f) for f in free) if free is not None else (True,) * limits.n
+        self.params.check()
+        counts = [tip.n for tip in self.tips]
+        if not counts or {*counts, len(self.free)} != {limits.n}:
+            raise ShapeError(
+                f"limits of {limits.n} joints, tips of {counts}, {len(self.free)} flags"
+            )
+        self._planner = Planner(self.tips, limits, self.params, self.free)
+        self._free = np.array(self.free, dtype=np.float64)
+
+    def changed(
+        self,
+        *,
+        tips: Sequence[TipKinematics] | None = None,
+        limits: JointLimits | None = None,
+        params: CartesianParams | None = None,
+        free: Sequence[bool] | None = None,
+    ) -> "CartesianController":
+        """Another controller; its `take_over` carries a motion on."""
+        return CartesianController(
+            self.tips if tips is None else tips,
+            limits or self.limits,
+            params or self.params,
+            self.free if free is None else free,
         )
-        self._coupling = Coupling(limits, self._params.coupling)
 
     def start(self, q_ref_rad: ArrayLike) -> CartesianState:
-        """At rest at the reference that the joints hold now (not the measured posture: no jump)."""
-        n = self._model.n
-        q = self._limits.project(finite_vector("reference", q_ref_rad, n))
-        R, p = self._model.tip_pose(q)
-        target = Target(p, R, np.zeros(6), q)
+        """At rest at the reference that the joints hold now (not the measured posture: no jump).
+
+        Outside the limits it starts as well; the plan then comes back inside within a second.
+        """
+        n, tips = self.limits.n, len(self.tips)
+        q = finite_vector("reference", q_ref_rad, n)
         return CartesianState(
             q_plan=q,
             dq_plan=np.zeros(n),
-            joint_velocity=np.zeros(n),
-            joint_acceleration=np.zeros(n),
-            task_velocity=np.zeros(6),
-            task_acceleration=np.zeros(6),
-            aim=Aim(target, self._times.posture_s, self._times.following_s, held=True),
+            ddq_plan=np.zeros(n),
+            generators=Generators.at_rest(n, tips),
+            aim=Aim.at_rest(q, tips),
+            outside=self._planner.outside(q),
+            limited=False,
+            in_target=False,
+            trajectory_time_s=self.params.trajectory_time_s,
             correction=CorrectionState.none(n),
         )
 
+    def take_over(self, state: CartesianState) -> CartesianState:
+        """The motion of another controller of the same joints: speed and acceleration go on.
+
+        A joint that is not free any more comes to rest within the stop time. Where T is another,
+        the time to go starts anew. Raises ShapeError for another number of joints.
+        """
+        if len(state.q_plan) != self.limits.n:
+            raise ShapeError(f"a plan of {len(state.q_plan)} joints for {self.limits.n}")
+        aim, params = state.aim, self.params
+        if len(aim.active) != len(self.tips):
+            aim = replace(Aim.at_rest(aim.q, len(self.tips)), q_onset=aim.q_onset)
+        same_time = params.trajectory_time_s == state.trajectory_time_s
+        aim = replace(
+            aim,
+            brake_time_s=params.stop_time_s,
+            task_time_s=aim.task_time_s if same_time else params.trajectory_time_s,
+            joint_time_s=aim.joint_time_s if same_time else params.trajectory_time_s,
+        )
+        taken = replace(
+            state,
+            aim=aim,
+            outside=self._planner.outside(state.q_plan),
+            in_target=False,
+            trajectory_time_s=params.trajectory_time_s,
+        )
+        return self._planner.begun_anew(taken)
+
     def step(
-        self, state: CartesianState, measured: Measurement, target: CartesianTarget | None
+        self, state: CartesianState, measured: Measurement, target: Target | None
     ) -> tuple[CartesianState, CartesianOutput]:
         """One period. `target` None: the plan stops in minimum jerk and holds.
 
         Raises:
             NotFiniteError: an input holds NaN or infinity; keep the old state, send no command.
+            ShapeError: an input has another size, or is no rotation matrix; likewise.
         """
-        q_measured = finite_vector("measured posture", measured.q_rad, self._model.n)
-        if not np.isfinite(measured.external_force_n):
+        q_measured = finite_vector("measured posture", measured.q_rad, self.limits.n)
+        if not math.isfinite(measured.external_force_n):
             raise NotFiniteError(f"external force is {measured.external_force_n}")
-        aim = self._aim(state, target)
-        R, p = self._model.tip_pose(state.q_plan)
-        R_measured, p_measured = self._model.tip_pose(q_measured)
-        error = np.concatenate([p - p_measured, rotation_error(R_measured, R)])
+        poses = Poses.of(self.tips, state.q_plan)
+        state = self._aimed(state, target, poses)
         correction = corrected(
             state.correction,
             state.q_plan - q_measured,
             measured.compliant,
             measured.external_force_n,
-            self._params.period_s,
-            self._params.correction,
+            self.params.period_s,
+            self.params.correction,
         )
-        after, dq = self._moved(state, aim, (R, p), correction)
-        after, q_ref = self._referenced(after, dq)
+        moved = self._planner.moved(state, state.aim, poses)
+        correction, q_ref = self._referenced(moved, correction, state.outside)
+        reports = self._reports(state, poses, Poses.of(self.tips, q_measured))
+        in_target = is_in_target(state.aim, reports, moved.dq, self.params, was=state.in_target)
+        after = self._after(state, moved, correction, in_target=in_target)
         return after, CartesianOutput(
             q_rad=q_ref,
-            dq_rad_s=dq,
-            plan_q_rad=after.q_plan,
-            plan_position_m=p,
-            plan_rotation=R,
-            position_error_m=_length(aim.target.position - p_measured),
-            orientation_error_rad=_length(rotation_error(R_measured, aim.target.rotation)),
-            plan_error_m=_length(error[:3]),
-            held=aim.held,
+            dq_rad_s=moved.dq,
+            plan_q_rad=moved.q,
+            tips=reports,
+            progress=progress(state.aim, moved.q, self._free),
+            duration_s=state.aim.duration_s,
+            in_target=in_target,
+            at_rest=plan_is_at_rest(moved.dq),
+            held=state.aim.mode is Mode.HOLD,
+            limited=moved.limited,
             gated=correction.gated,
-            saturated=after.correction.saturated,
+            saturated=correction.saturated,
         )
 
-    def _aim(self, state: CartesianState, target: CartesianTarget | None) -> Aim:
+    def resting_posture(self, state: CartesianState) -> Vector:
+        """Where the plan would come to rest now (n,), inside the limits."""
+        T = self.params.stop_time_s
+        way = T * (0.5 * state.dq_plan + T / 12.0 * state.ddq_plan)
+        return self.limits.project(state.q_plan + way)
+
+    def _aimed(self, state: CartesianState, target: Target | None, poses: Poses) -> CartesianState:
+        """The state with its next aim, begun anew where other coordinates count."""
+        before = state.aim
         if target is None:
-            return state.aim if state.aim.held else self._stop(state)
-        checked = Target.checked(
-            target.position_m, target.rotation, target.velocity_m_s, target.q_rad, self._model.n
-        )
-        return state.aim.followed(checked, self._times, self._params.period_s)
+            aim = before.stopping(self.params)
+            afresh = before.mode is not Mode.HOLD
+        else:
+            wanted = Wanted.checked(target, len(self.tips), self.limits.n)
+            afresh = not before.keeps_pattern(wanted)
+            aim = self._next_aim(state, wanted, poses)
+        return replace(self._planner.begun_anew(state) if afresh else state, aim=aim)
 
-    def _stop(self, state: CartesianState) -> Aim:
-        """Aim at where the plan comes to rest by itself."""
-        T = self._params.trajectory_time_s
-        q = self._limits.project(state.q_plan + (STOP_SHARE * T) * state.dq_plan)
-        R, p = self._model.tip_pose(q)
-        return Aim(Target(p, R, np.zeros(6), q), T, T, held=True)
+    def _next_aim(self, state: CartesianState, wanted: Wanted, poses: Poses) -> Aim:
+        if wanted.q is None:
+            where = (poses.position, poses.rotation)
+            return state.aim.speeding(wanted, where, self.params, anchored=state.limited)
+        if state.in_target and state.aim.trembles(wanted, self.params):
+            return state.aim.waited(self.params)
+        way = (wanted.q - state.q_plan) * self._free
+        slowest_s = slowest_joint_s(way, self._planner.coupling.speed_limit)
+        return state.aim.reached(wanted, state.q_plan, slowest_s, self.params)
 
-    def _moved(
-        self, state: CartesianState, aim: Aim, plan: tuple[Matrix, Vector], c: CorrectionState
-    ) -> tuple[CartesianState, Vector]:
-        """The plan one period later, and its joint speeds (n,)."""
-        h, target = self._params.period_s, aim.target
-        R, p = plan
-        away = np.concatenate([p - target.position, rotation_error(target.rotation, R)])
-        task = advance(
-            Motion(away, state.task_velocity - target.velocity, state.task_acceleration),
-            aim.task_time_s,
-            h,
+    def _after(
+        self,
+        state: CartesianState,
+        moved: PlanStep,
+        correction: CorrectionState,
+        *,
+        in_target: bool,
+    ) -> CartesianState:
+        h = self.params.period_s
+        return replace(
+            state,
+            q_plan=moved.q,
+            dq_plan=moved.dq,
+            ddq_plan=(moved.dq - state.dq_plan) / h,
+            generators=moved.generators,
+            aim=moved.aim,
+            outside=Outside(state.outside.distance, state.outside.elapsed_s + h),
+            limited=moved.limited,
+            in_target=in_target,
+            correction=correction,
         )
-        v_task = (task.error - away) / h + target.velocity
-        beside = state.q_plan - target.q
-        joint = advance(
-            Motion(beside, state.joint_velocity, state.joint_acceleration), aim.joint_time_s, h
-        )
-        J = self._model.tip_jacobian(state.q_plan)
-        v_joint = (joint.error - beside) / h
-        dq, limited = self._coupling.speeds(state.q_plan, J, v_joint, v_task, h)
-        task_velocity = task.velocity + target.velocity
-        if limited:  # what limits took from the task's speed leaves its generator, or it winds up
-            task_velocity += J @ dq - v_task
-        q_plan = self._limits.project(state.q_plan + h * dq)
-        after = CartesianState(
-            q_plan,
-            dq,
-            joint.velocity,
-            joint.acceleration,
-            task_velocity,
-            task.acceleration,
-            aim,
-            c,
-        )
-        return after, dq
 
-    def _referenced(self, state: CartesianState, dq: Vector) -> tuple[CartesianState, Vector]:
+    def _reports(
+        self, state: CartesianState, plan: Poses, measured: Poses
+    ) -> tuple[TipReport, ...]:
+        aim, reports = state.aim, []
+        for i, (velocity, active) in enumerate(
+            zip(state.generators.task_velocity, aim.active, strict=True)
+        ):
+            away = measured.position[i] - aim.position[i]
+            turned = angle_between(measured.rotation[i], aim.rotation[i])
+            beside = measured.position[i] - plan.position[i]
+            reports.append(
+                TipReport(
+                    plan_position_m=plan.position[i],
+                    plan_rotation=plan.rotation[i],
+                    plan_velocity=velocity.copy(),
+                    position_error_m=math.sqrt(float(away @ away)) if active[0] else math.nan,
+                    orientation_error_rad=turned if active[3] else math.nan,
+                    plan_error_m=math.sqrt(float(beside @ beside)),
+                )
+            )
+        return tuple(reports)
+
+    def _referenced(
+        self, moved: PlanStep, correction: CorrectionState, outside: Outside
+    ) -> tuple[CorrectionState, Vector]:
         """q_ref inside the joint ranges; what they cut off is not kept in the correction.
 
         Not inside the rows: the correction is what a spring needs for the joint to stand at the
         plan, and the plan keeps the rows.
         """
-        limits = self._limits
-        wanted = state.q_plan + state.correction.offset_rad
-        q = np.clip(wanted, limits.lower_rad, limits.upper_rad)
+        n = self.limits.n
+        lower, upper = (bound[:n] for bound in self._planner.bounds(outside))
+        wanted = moved.q + correction.offset_rad
+        q = np.clip(wanted, np.minimum(lower, moved.q), np.maximum(upper, moved.q))
         if (q != wanted).any():
-            kept = replace(state.correction, offset_rad=q - state.q_plan, saturated=True)
-            state = replace(state, correction=kept)
-        led = q + self._params.lead_s * dq
-        return state, np.clip(led, limits.lower_rad, limits.upper_rad)
-
-
-def _length(vector: Vector) -> float:
-    return math.sqrt(float(vector @ vector))
+            correction = replace(correction, offset_rad=q - moved.q, saturated=True)
+        led = q + self.params.lead_s * moved.dq
+        return correction, np.clip(led, np.minimum(lower, moved.q), np.maximum(upper, moved.q))
