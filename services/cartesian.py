@@ -1,8 +1,12 @@
-"""Cartesian controller: follows the virtual point with minimum-jerk motion of hand and joints.
+"""Cartesian controller: moves hands along straight minimum-jerk paths, by stream or by request.
 
-Reads   ik/ik_solution, field/virtual_point, joint_state of the limb's parts, dynamics/status
-Writes  joint_command of the limb's parts, cartesian/status
-It commands only while every joint of the limb is valid and in position-direct mode. Without new
+Reads   field/virtual_point with ik/ik_solution, joint_state of the limbs' parts, dynamics/status
+        and dynamics/contacts (what pushes the arm)
+Writes  joint_command of the limb in use, cartesian/status, cartesian/events, cartesian/setup
+Serves  cartesian/request     Calls  ik/request
+One limb moves at a time, by one commander: a stream of virtual points, a pose, or a velocity. The
+newest one wins; a request takes over from a stream, whose points are ignored until they pause. It
+commands only while every free joint of the limb is valid and in position-direct mode. Without new
 solutions the plan stops smoothly and holds. What is not finite or out of order is refused and
 counted, and the last target holds.
 """
@@ -11,224 +15,194 @@ import math
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from dforc import rotation
-from dforc.cartesian.controller import (
-    CartesianController,
-    CartesianOutput,
-    CartesianParams,
-    CartesianState,
-    CartesianTarget,
-    Measurement,
-)
-from dforc.errors import NotFiniteError
+from dforc.cartesian.params import CartesianParams
+from dforc.cartesian.state import CartesianOutput
+from dforc.errors import DforcError
 from services.config import load_robot
+from services.core.errors import ServiceError
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
-from services.messages import (
-    NAN3,
-    CartesianStatus,
-    DynamicsStatus,
-    Floats,
-    IkSolution,
-    JointCommand,
-    JointState,
-    Vector3,
-    VirtualPoint,
-)
-from services.reaching.limb import joined, limb_limits, limb_model, split
+from services.messages import NAN3, CartesianStatus, DynamicsStatus
+from services.reaching.cartesian_answers import MOVES, PERIOD_S, CartesianAnswers
+from services.reaching.cartesian_messages import CartesianReply
+from services.reaching.cartesian_orders import CartesianOrders
+from services.reaching.held_references import HeldReferences
+from services.reaching.limb import find_limb
+from services.reaching.limb_control import LimbControl
+from services.reaching.limb_driver import LimbDriver, Mode
+from services.reaching.limb_names import LimbNames
+from services.reaching.limb_reading import DIRECT
+from services.reaching.limb_readings import LimbReadings
+from services.reaching.limb_shape import limb_shape
+from services.reaching.messages import SetupInUse
+from services.reaching.tip_poses import vector3
 from services.robotfile.robot_tables import RobotFile
 from services.streams import (
+    CARTESIAN_CALL,
+    CARTESIAN_EVENTS,
+    CARTESIAN_SETUP,
     CARTESIAN_STATUS,
     DYNAMICS_STATUS,
+    EXTERNAL,
+    IK_CALL,
     IK_SOLUTION,
     JOINT_COMMAND,
     JOINT_STATE,
     VIRTUAL_POINT,
 )
 
-PERIOD_S = 0.01
-STATE_AGE_S = 0.05
 FORCE_AGE_S = 0.05
-FORGET_AFTER_NS = 500_000_000  # without joint states: the plan no longer fits the arm
-SOLUTION_AGE_NS = 100_000_000  # ten periods without a good solution: stop and hold
-POINTS_KEPT = 32
 STATUS_EVERY_STEPS = 2
-DIRECT_MODE = 0x08  # code of position direct, can-protocol 10.1
-IN_TARGET_M = 0.003
-IN_TARGET_RAD = np.radians(1.5)
-AT_REST_M_S = 0.005
 
 
 class Cartesian(Service):
-    """One controller for one limb."""
+    """One controller for all limbs."""
 
     trigger = Period(PERIOD_S)
+    serves = (CARTESIAN_CALL,)
+    calls = (IK_CALL,)
 
     def __init__(self, robot: RobotFile, params: CartesianParams | None = None) -> None:
-        self._robot = robot
-        self._model = limb_model(robot)
-        params = params or CartesianParams(trajectory_time_s=robot.reach.trajectory_time_s)
-        self._controller = CartesianController(self._model, limb_limits(robot), params)
-        self._state: CartesianState | None = None
-        self._target: CartesianTarget | None = None
-        self._points: dict[int, VirtualPoint] = {}  # that wait for their solution
-        self._followed: VirtualPoint | None = None
-        self._sequence = -1
-        self._measured_ns = 0
-        self._solved_ns = 0
-        self._in_direct_mode = False
-        self._compliant: list[bool] = []
+        """`params` is the tuning that no setting touches."""
+        self._main = find_limb(robot).name
+        shapes = {name: limb_shape(robot, name) for name in robot.limbs}
+        self._references = HeldReferences()
+        self._limbs = {
+            name: LimbControl(shape, self._references, params) for name, shape in shapes.items()
+        }
+        arms = [name for name, shape in shapes.items() if len(shape.tips) == 1]
+        names = LimbNames(tuple(shapes), arms, self._main)
+        self._driver = LimbDriver(self._limbs, self._main)
+        self._readings = LimbReadings(shapes)
+        self._answers = CartesianAnswers(self._limbs, names, self._driver, self._readings)
+        self._orders = CartesianOrders(self._limbs, names, self._driver, self._readings)
         self._steps = 0
-        self._solution: IkSolution | None = None
-        self._refused = 0
-        parts = robot.reach.parts
-        self._states = tuple(JOINT_STATE[part] for part in parts)
-        self.reads = (IK_SOLUTION, VIRTUAL_POINT, *self._states, DYNAMICS_STATUS)
-        self.writes = (*(JOINT_COMMAND[part] for part in parts), CARTESIAN_STATUS)
+        self._parts = {
+            part: joints for shape in shapes.values() for part, joints in shape.parts.items()
+        }
+        states = (JOINT_STATE[part] for part in self._parts)
+        self.reads = (IK_SOLUTION, VIRTUAL_POINT, *states, DYNAMICS_STATUS, EXTERNAL)
+        commands = (JOINT_COMMAND[part] for part in self._parts)
+        self.writes = (*commands, CARTESIAN_STATUS, CARTESIAN_EVENTS, CARTESIAN_SETUP)
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
         """One control period."""
-        for point in inputs.all_new(VIRTUAL_POINT):
-            self._points[point.sequence] = point
-        while len(self._points) > POINTS_KEPT:
-            del self._points[next(iter(self._points))]
-        solution = inputs.new(IK_SOLUTION)
-        if solution is not None:
-            self._take_solution(now_ns, solution)
-        joints = self._measured(now_ns, inputs)
-        force_n = external_force(inputs.fresh(DYNAMICS_STATUS, FORCE_AGE_S))
-        output = None
-        if joints is not None and self._in_direct_mode and self._target is not None:
-            silent = now_ns - self._solved_ns > SOLUTION_AGE_NS
-            output = self._control(joints, force_n, None if silent else self._target)
+        self._readings.begin(inputs)
+        self._forget_references(inputs)
+        self._take_requests(now_ns, inputs, outputs)
+        self._orders.advance(now_ns, inputs, outputs)
+        self._take_points(now_ns, inputs)
+        driver = self._driver
+        reading = self._readings.of(driver.limb)
+        force_n = self._force(inputs)
+        output = driver.step(now_ns, reading, force_n)
         if output is not None:
-            self._command(now_ns, output, outputs)
+            for part, command in driver.control.commands(now_ns, output).items():
+                outputs.put(JOINT_COMMAND[part], command)
+        for event in driver.motions.take_events():
+            outputs.put(CARTESIAN_EVENTS, event)
         self._steps += 1
         if self._steps % STATUS_EVERY_STEPS == 0:
-            status = self._status(now_ns, joints)
+            status = self._status(now_ns)
             if output is not None:
-                status = self._following(status, output, force_n)
+                status = self._commanding(status, output, force_n)
             outputs.put(CARTESIAN_STATUS, status)
 
-    def _control(
-        self, q_rad: Floats, force_n: float, target: CartesianTarget | None
-    ) -> CartesianOutput | None:
-        if self._state is None:
-            # On entering position-direct mode a board holds the posture that it was in.
-            self._state = self._controller.start(np.array(q_rad))
-        measured = Measurement(
-            q_rad=np.array(q_rad), compliant=self._compliant, external_force_n=force_n
-        )
-        try:
-            self._state, output = self._controller.step(self._state, measured, target)
-        except NotFiniteError:
-            self._refused += 1
-            return None
-        return output
+    def close(self, now_ns: int, outputs: Outputs) -> None:
+        """Boards hold their last set-points; whoever waits is told."""
+        self._driver.close(now_ns)
+        for event in self._driver.motions.take_events():
+            outputs.put(CARTESIAN_EVENTS, event)
 
-    def _take_solution(self, now_ns: int, solution: IkSolution) -> None:
-        point = self._points.get(solution.sequence)
-        if point is None or not self._is_good(solution, point):
-            self._refused += 1
-            return
-        if solution.sequence <= self._sequence < solution.sequence + POINTS_KEPT:
-            self._refused += 1
-            return
-        self._sequence = solution.sequence
-        self._solved_ns = now_ns
-        self._solution = solution
-        self._followed = point
-        q_rad = np.array(solution.q_rad)
-        if solution.status == "converged":
-            position = np.array(point.position_m)
-            orientation = rotation.matrix(point.rotation_rad)
-            velocity = np.array(point.velocity_m_s)
-        else:  # out of reach: the nearest posture is the target, not the point beyond it
-            orientation, position = self._model.tip_pose(q_rad)
-            velocity = np.zeros(3)
-        self._target = CartesianTarget(
-            position_m=position, rotation=orientation, q_rad=q_rad, velocity_m_s=velocity
-        )
+    def _forget_references(self, inputs: Inputs) -> None:
+        for part, joints in self._parts.items():
+            state = inputs.new(JOINT_STATE[part])
+            if state is not None and any(mode != DIRECT for mode in state.control_mode):
+                pairs = zip(joints, state.control_mode, strict=False)
+                self._references.forget([joint for joint, mode in pairs if mode != DIRECT])
 
-    def _is_good(self, solution: IkSolution, point: VirtualPoint) -> bool:
-        numbers = (*solution.q_rad, *point.position_m, *point.velocity_m_s, *point.rotation_rad)
-        # A sum of squares is finite only if every term is, and no term is beyond squaring.
-        return len(solution.q_rad) == self._model.n and math.isfinite(sum(x * x for x in numbers))
+    def _take_requests(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
+        for token, request in inputs.requests(CARTESIAN_CALL):
+            try:
+                if request.action in MOVES:
+                    self._orders.take(now_ns, token, request, outputs)
+                else:
+                    reply = self._answers.answer(now_ns, request)
+                    outputs.reply(CARTESIAN_CALL, token, reply)
+            except (ServiceError, DforcError) as error:
+                outputs.reply(CARTESIAN_CALL, token, CartesianReply(ok=False, reason=str(error)))
+        for settings in self._answers.take_changed():
+            outputs.put(CARTESIAN_SETUP, SetupInUse(stamp_ns=now_ns, setup=settings.setup))
 
-    def _measured(self, now_ns: int, inputs: Inputs) -> Floats | None:
-        """Angles, or None; a short gap keeps the plan, a mode switch ends it."""
-        states = tuple(inputs.fresh(state, STATE_AGE_S) for state in self._states)
-        joints = joined(states)
-        if joints is not None and not self._is_posture(joints[0], states):
-            self._refused += 1
-            joints = None
-        if joints is None:
-            if now_ns - self._measured_ns > FORGET_AFTER_NS:
-                self._state = None
-            return None
-        self._measured_ns = now_ns
-        self._compliant = [c for state in states if state for c in state.compliant]
-        modes = [mode for state in states if state for mode in state.control_mode]
-        self._in_direct_mode = all(mode == DIRECT_MODE for mode in modes)
-        if not self._in_direct_mode:
-            self._state = None
-        return joints[0]
+    def _take_points(self, now_ns: int, inputs: Inputs) -> None:
+        points = self._driver.points
+        point = points.new_points(now_ns, inputs)
+        if point is not None:
+            limb = point.limb or self._main
+            if limb in self._limbs:
+                self._driver.follow(now_ns, limb)
+            else:
+                points.refused += 1
+        points.take_solution(now_ns, inputs, self._driver.control.problem.tips, self._driver.limb)
 
-    def _is_posture(self, q_rad: Floats, states: tuple[JointState | None, ...]) -> bool:
-        for state in states:
-            if state and not len(state.q_rad) == len(state.compliant) == len(state.control_mode):
-                return False
-        return len(q_rad) == self._model.n and math.isfinite(sum(q * q for q in q_rad))
+    def _force(self, inputs: Inputs) -> float:
+        """Largest force on a hand of the limb in use [N]; 0 when unknown."""
+        shape = self._driver.control.shape
+        if shape.name == self._main:
+            return external_force(inputs.fresh(DYNAMICS_STATUS, FORCE_AGE_S))
+        contacts = inputs.fresh(EXTERNAL, FORCE_AGE_S)
+        if contacts is None:
+            return 0.0
+        felt = [c.force_n for c in contacts.contacts if c.sensor in shape.sensors]
+        return max((math.hypot(*force_n) for force_n in felt), default=0.0)
 
-    def _command(self, now_ns: int, output: CartesianOutput, outputs: Outputs) -> None:
-        q = split(self._robot, tuple(output.q_rad.tolist()))
-        dq = split(self._robot, tuple(output.dq_rad_s.tolist()))
-        for part, q_rad in q.items():
-            outputs.put(
-                JOINT_COMMAND[part],
-                JointCommand(stamp_ns=now_ns, mode="direct", q_rad=q_rad, dq_rad_s=dq[part]),
-            )
-
-    def _status(self, now_ns: int, q_rad: Floats | None) -> CartesianStatus:
+    def _status(self, now_ns: int) -> CartesianStatus:
         """What is measured; for a controller that commands nothing that is all."""
         position, turned = NAN3, NAN3
-        if q_rad is not None:
-            hand_rotation, hand_m = self._model.tip_pose(np.array(q_rad))
+        reading, driver = self._readings.of(self._main), self._driver
+        if not reading.missing:
+            tip = self._limbs[self._main].problem.tips[0]
+            hand_rotation, hand_m = tip.pose(np.array(reading.q_rad))
             position, turned = vector3(hand_m), vector3(rotation.rotation_vector(hand_rotation))
+        motion = driver.motions.current
         return CartesianStatus(
             stamp_ns=now_ns,
             state="waiting",
-            q_rad=q_rad or (),
+            q_rad=reading.q_rad,
             hand_position_m=position,
             hand_rotation_rad=turned,
-            refused=self._refused,
+            refused=driver.refused + driver.points.refused,
+            mode=str(driver.mode),
+            limb=driver.limb,
+            motion=motion.motion,
+            progress=motion.progress if motion.motion else math.nan,
+            ignored=driver.points.ignored,
+            reason=driver.reason,
         )
 
-    def _following(
+    def _commanding(
         self, status: CartesianStatus, output: CartesianOutput, force_n: float
     ) -> CartesianStatus:
-        target, solution, point = self._target, self._solution, self._followed
-        assert target is not None
-        assert solution is not None
-        assert point is not None
-        arrived = (
-            output.position_error_m < IN_TARGET_M
-            and output.orientation_error_rad < IN_TARGET_RAD
-            and float(np.linalg.norm(target.velocity_m_s)) < AT_REST_M_S
-        )
-        return msgspec.structs.replace(
+        driver, points = self._driver, self._driver.points
+        status = msgspec.structs.replace(
             status,
-            state="in_target" if arrived else "moving",
+            state="in_target" if output.in_target else "moving",
             position_error_m=output.position_error_m,
             orientation_error_rad=output.orientation_error_rad,
             external_force_n=force_n,
             gated=output.gated,
-            plan_position_m=vector3(output.plan_position_m),
-            point_position_m=point.position_m,
-            ik_status=solution.status,
-            ik_position_error_m=solution.position_error_m,
+            plan_position_m=vector3(output.tips[0].plan_position_m),
+        )
+        if driver.mode is not Mode.FIELD or points.followed is None or points.solution is None:
+            return status
+        return msgspec.structs.replace(
+            status,
+            state="in_target" if output.in_target and points.is_at_rest else "moving",
+            point_position_m=points.followed.position_m,
+            ik_status=points.solution.status,
+            ik_position_error_m=points.solution.position_error_m,
         )
 
 
@@ -237,14 +211,8 @@ def external_force(status: DynamicsStatus | None) -> float:
     return 0.0 if status is None else float(np.linalg.norm(status.external_force_n))
 
 
-def vector3(values: NDArray[np.float64]) -> Vector3:
-    """A vector (3,) as a message carries it."""
-    x, y, z = values.tolist()
-    return (x, y, z)
-
-
 def build(context: Context) -> Cartesian:
-    """Load the robot's model."""
+    """Load the models of the robot's limbs."""
     return Cartesian(load_robot(context.robot))
 
 
