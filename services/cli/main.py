@@ -31,6 +31,7 @@ demo = cyclopts.App(name="demo", help="What the whole stack does, shown.")
 can = cyclopts.App(name="can", help="CAN buses of this machine.")
 dynamics = cyclopts.App(name="dynamics", help="Torques and contacts from force/torque sensors.")
 learner = cyclopts.App(name="learner", help="What is learned beyond the rigid-body model.")
+ik = cyclopts.App(name="ik", help="Postures for poses of the hands.")
 joints = cyclopts.App(name="joints", help="Calibrate, move and park joints; what they do now.")
 board = cyclopts.App(name="board", help="Emulated boards, one by one.")
 experiment = cyclopts.App(name="experiment", help="Figures and tables of the papers, made again.")
@@ -39,6 +40,7 @@ app.command(experiment)
 app.command(can)
 app.command(board)
 app.command(joints)
+app.command(ik)
 app.command(dynamics)
 app.command(learner)
 # By name, so that a verb loads its own modules only: solver and compiler take a second.
@@ -48,6 +50,8 @@ board.command("services.cli.fault:board_fault", name="fault")
 board.command("services.cli.fault:board_faults", name="faults")
 for request in ("status", "calibrate", "home", "compliant", "stiff", "park"):
     joints.command(f"services.cli.joints:joints_{request}", name=request)
+for request in ("ask", "status"):
+    ik.command(f"services.cli.ik:ik_{request}", name=request)
 for request in ("status", "calibrate", "reset", "assume", "source", "identify"):
     dynamics.command(f"services.cli.dynamics:dynamics_{request}", name=request)
 for request in ("status", "save", "restore", "reset", "freeze", "resume"):
