@@ -18,7 +18,7 @@ class Process:
     fifo_priority: int = 0  # SCHED_FIFO where permitted; 0 = ordinary scheduling
     nice: int = 0  # where SCHED_FIFO is not asked for or not permitted
     emulated_only: bool = False  # stands in for hardware: not started on a real robot
-    reaches: bool = False  # needs the reaching limb
+    reaches: bool = False  # needs a limb that reaches
     feels: bool = False  # needs a force/torque sensor
     on_can: bool = False  # keeps real time on the buses: started when the others have loaded
 

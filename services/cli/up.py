@@ -286,13 +286,13 @@ def real_interfaces(robot: RobotFile) -> tuple[str, ...]:
 
 
 def rows_for(robot: RobotFile) -> tuple[Process, ...]:
-    """The processes to start: boards where some are emulated, controllers where their limb is."""
+    """The processes to start: boards where some are emulated, controllers where a limb is."""
     emulated = any(robot.is_simulated(board) for board in robot.boards)
     return tuple(
         row
         for row in PROCESSES
         if (emulated or not row.emulated_only)
-        and (robot.can_reach or not row.reaches)
+        and (robot.limbs or not row.reaches)
         and (robot.sensors or not row.feels)
     )
 

@@ -90,7 +90,7 @@ class Simulation:
             stack["dynamics"] = Dynamics(robot, setting.rates)
             if learner:
                 stack["learner"] = Learner(robot)
-        if robot.can_reach:
+        if robot.limbs:
             stack |= {
                 "ik": Ik(robot),
                 "cartesian": Cartesian(robot),

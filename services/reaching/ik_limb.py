@@ -1,7 +1,6 @@
 """One limb of the IK service: its problem, the set-up in use, and the solvers asked for so far."""
 
 import math
-from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -21,9 +20,8 @@ from services.streams import JOINT_STATE
 
 STATE_AGE_S = 0.1
 DEFAULT_SOLVER = "sqp"
-SOLVERS: dict[str, Callable[[], Solver]] = {"sqp": Sqp}
-# Deadlines are kept by counting: what one core of a robot's computer does at least, in a ms.
-ITERATIONS_PER_MS = {"sqp": 100.0}
+# Deadlines are kept by counting: what a slow core does in a ms, and no solver's name but these.
+ITERATIONS_PER_MS = {"sqp": 100.0, "ipopt": 4.0, "fatrop": 12.0}
 
 
 class IkLimb:
@@ -70,15 +68,16 @@ class IkLimb:
             raise ConfigError(f"a set-up of {setup.limb!r} for {self.name!r}")
         if setup.iterations < 0:
             raise ConfigError(f"a search of {setup.iterations} iterations")
-        if setup.solver not in ("", *SOLVERS):
-            raise ConfigError(f"unknown solver {setup.solver!r}; known: {', '.join(SOLVERS)}")
+        if setup.solver not in ("", *ITERATIONS_PER_MS):
+            known = ", ".join(ITERATIONS_PER_MS)
+            raise ConfigError(f"unknown solver {setup.solver!r}; known: {known}")
         return apply_setup(self._plain, setup)
 
     def solver(self, name: str, user: Literal["stream", "requests"]) -> Solver:
-        """One of SOLVERS, built when it is first asked for; each user has tables of its own."""
+        """A solver, made when it is first asked for; each user has tables of its own."""
         key = (name or DEFAULT_SOLVER, user)
         if key not in self._solvers:
-            self._solvers[key] = SOLVERS[key[0]]()
+            self._solvers[key] = _solver(key[0])
         return self._solvers[key]
 
     def warm(self) -> None:
@@ -94,3 +93,12 @@ class IkLimb:
             return None
         # A sum of squares is finite only if every term is, and no term is beyond squaring.
         return np.array(joints[0]) if math.isfinite(sum(q * q for q in joints[0])) else None
+
+
+def _solver(name: str) -> Solver:
+    if name == "sqp":
+        return Sqp()
+    from dforc.ik.interior import InteriorSolver  # CasADi takes half a second to load
+    from dforc.symbolic.nonlinear import Method
+
+    return InteriorSolver(Method(name))

@@ -52,7 +52,8 @@ def test_emulated_boards_run_where_the_site_has_some() -> None:
     assert "robot" in names
 
 
-def test_controllers_of_the_reaching_limb_run_only_where_it_is() -> None:
+def test_controllers_of_reaching_run_only_where_a_limb_is() -> None:
+    assert up.rows_for(load_robot("icub:reach_left")) == PROCESSES
     names = [row.name for row in up.rows_for(load_robot("icub:lower_body"))]
     assert names == ["hub", "boards", "robot", "guard", "dynamics", "learner"]
 
