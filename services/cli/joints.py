@@ -78,6 +78,21 @@ def joints_home(*, stack: str = "icub") -> int:
     return _request("move", (), stack)
 
 
+def joints_direct(*names: str, stack: str = "icub") -> int:
+    """Have joints take set-points as they come: position-direct mode, as the hands' control needs.
+
+    Example: ulna joints direct torso right_arm
+
+    Args:
+        names: joints or parts. Default: all.
+        stack: name of the running stack.
+
+    Returns:
+        Exit status: 0 done, 1 refused or failed, 2 without an answer.
+    """
+    return _request("mode", names, stack, value="direct")
+
+
 def joints_compliant(*names: str, stack: str = "icub") -> int:
     """Let joints give way to a push like springs; their torques have to be known.
 
@@ -124,7 +139,7 @@ def joints_park(*names: str, stack: str = "icub") -> int:
 
 
 def _request(action: str, names: Sequence[str], stack: str, value: str = "") -> int:
-    word = {"interaction": value, "move": "home", "stop": "park"}.get(action, action)
+    word = {"interaction": value, "mode": value, "move": "home", "stop": "park"}.get(action, action)
     try:
         with StackClient(stack) as client:
             request = _prepared(client, action, names, value)

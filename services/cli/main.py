@@ -32,6 +32,7 @@ can = cyclopts.App(name="can", help="CAN buses of this machine.")
 dynamics = cyclopts.App(name="dynamics", help="Torques and contacts from force/torque sensors.")
 learner = cyclopts.App(name="learner", help="What is learned beyond the rigid-body model.")
 ik = cyclopts.App(name="ik", help="Postures for poses of the hands.")
+cartesian = cyclopts.App(name="cartesian", help="Hands that go to poses.")
 joints = cyclopts.App(name="joints", help="Calibrate, move and park joints; what they do now.")
 board = cyclopts.App(name="board", help="Emulated boards, one by one.")
 experiment = cyclopts.App(name="experiment", help="Figures and tables of the papers, made again.")
@@ -41,6 +42,7 @@ app.command(can)
 app.command(board)
 app.command(joints)
 app.command(ik)
+app.command(cartesian)
 app.command(dynamics)
 app.command(learner)
 # By name, so that a verb loads its own modules only: solver and compiler take a second.
@@ -48,10 +50,12 @@ board.command("services.cli.board:board_run", name="run")
 board.command("services.cli.board:board_list", name="list")
 board.command("services.cli.fault:board_fault", name="fault")
 board.command("services.cli.fault:board_faults", name="faults")
-for request in ("status", "calibrate", "home", "compliant", "stiff", "park"):
+for request in ("status", "calibrate", "home", "direct", "compliant", "stiff", "park"):
     joints.command(f"services.cli.joints:joints_{request}", name=request)
 for request in ("ask", "status"):
     ik.command(f"services.cli.ik:ik_{request}", name=request)
+for request in ("status", "go", "position", "stop", "ask", "info"):
+    cartesian.command(f"services.cli.cartesian:cartesian_{request}", name=request)
 for request in ("status", "calibrate", "reset", "assume", "source", "identify"):
     dynamics.command(f"services.cli.dynamics:dynamics_{request}", name=request)
 for request in ("status", "save", "restore", "reset", "freeze", "resume"):

@@ -77,6 +77,19 @@ class Client:
             )
             self._subscriptions.append(subscription)
 
+    def listen(self, stream: Stream[MessageT], take: Callable[[MessageT], None]) -> None:
+        """Have `take` called for every message from now on, in a thread of Zenoh's: be quick."""
+        inputs = Inputs("client", (stream,))
+        port = StreamPort(stream, self._refusals, wakes=False)
+
+        def arrived(sample: zenoh.Sample) -> None:
+            port.take(inputs, sample, self._clock.now_ns())
+            for message in inputs.all_new(stream):
+                take(message)
+            inputs.end()
+
+        self._subscriptions.append(subscribe(self._session, self._robot, stream, arrived))
+
     def new(self, stream: Stream[MessageT]) -> tuple[MessageT, ...]:
         """What has arrived since the last look, oldest first; the first look starts listening."""
         self.watch(stream)

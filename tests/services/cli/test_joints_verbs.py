@@ -130,7 +130,9 @@ def test_a_terminal_of_80_columns_holds_the_table(capsys: pytest.CaptureFixture[
     assert len(lines) == 7  # title, headings, rule, part, three joints: nothing is folded
 
 
-@pytest.mark.parametrize("word", ["status", "calibrate", "home", "compliant", "stiff", "park"])
+@pytest.mark.parametrize(
+    "word", ["status", "calibrate", "home", "direct", "compliant", "stiff", "park"]
+)
 def test_without_a_stack_every_verb_says_how_to_start_one(
     word: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
