@@ -11,11 +11,13 @@ from dforc.cartesian.params import CartesianParams
 from dforc.cartesian.targets import Wanted
 from dforc.rotation import matrix
 
-JUMP_M = 0.005  # a target this far from where its velocity led has jumped
-JUMP_RAD = 0.05  # of a joint of the target posture; also an element of the rotation matrix
+JUMP_RAD = 0.05  # a joint of the target posture that is this far from before has jumped
+SLOW = 0.005  # m/s, rad/s: a target slower than this is at rest
 JUMP_OF_SPEED = 1e-9  # m/s, rad/s: a speed that differs by more is a new one
 REST_BAND_JOINT_RAD = 0.01  # a posture that trembles by less, for a pose at rest, is not followed
 MIN_JERK_PEAK = 1.875  # peak over mean speed of a minimum-jerk move
+
+Places = tuple[Matrix, NDArray[np.float64]]  # positions (k, 3), rotations (k, 3, 3)
 
 
 class Mode(StrEnum):
@@ -70,13 +72,22 @@ class Aim:
         return self.mode is mode and np.array_equal(self.active, wanted.active)
 
     def reached(
-        self, wanted: Wanted, q_plan: Vector, slowest_s: float, params: CartesianParams
+        self,
+        wanted: Wanted,
+        q_plan: Vector,
+        poses: Places,
+        slowest_s: float,
+        params: CartesianParams,
     ) -> "Aim":
         """The next poses. A jump gives the generators the whole trajectory time again.
+
+        So does the first target of a motion, unless it is in motion itself and begins at the tips:
+        that one is followed.
 
         Args:
             wanted: poses and posture.
             q_plan: the plan now (n,).
+            poses: where its tips are.
             slowest_s: what the slowest joint needs for the way to the target posture.
             params: times.
         """
@@ -86,8 +97,14 @@ class Aim:
         joint_time_s = max(self.joint_time_s - h, params.posture_time_s)
         whole_s = max(params.trajectory_time_s, slowest_s)
         afresh = not self.keeps_pattern(wanted)
-        pose_jumped = afresh or self._jumped(wanted, h)
-        posture_jumped = afresh or float(np.abs(wanted.q - self.q).max()) > JUMP_RAD
+        if afresh:
+            moves = float(np.abs(wanted.velocity).max()) > SLOW
+            pose_jumped = not moves or wanted.is_beside(*poses)
+            posture_jumped = pose_jumped or float(np.abs(wanted.q - q_plan).max()) > JUMP_RAD
+        else:
+            expected = self.position + self.velocity[:, :3] * h
+            pose_jumped = wanted.is_beside(expected, self.rotation)
+            posture_jumped = float(np.abs(wanted.q - self.q).max()) > JUMP_RAD
         if pose_jumped:
             task_time_s = whole_s
         if posture_jumped:
@@ -106,13 +123,6 @@ class Aim:
             brake_time_s=max(self.brake_time_s - h, 0.0),
             duration_s=whole_s if jumped else self.duration_s,
         )
-
-    def _jumped(self, wanted: Wanted, period_s: float) -> bool:
-        expected = self.position + self.velocity[:, :3] * period_s
-        if float(np.abs((wanted.position - expected) * wanted.active[:, :3]).max()) > JUMP_M:
-            return True
-        turned = np.abs(wanted.rotation - self.rotation).max(axis=(1, 2))
-        return bool((turned * wanted.active[:, 3] > JUMP_RAD).any())
 
     def trembles(self, wanted: Wanted, params: CartesianParams) -> bool:
         """Whether a target differs from the one reached only by what is not worth following."""
@@ -140,7 +150,7 @@ class Aim:
     def speeding(
         self,
         wanted: Wanted,
-        poses: tuple[Matrix, NDArray[np.float64]],
+        poses: Places,
         params: CartesianParams,
         *,
         anchored: bool,

@@ -206,14 +206,14 @@ class CartesianController:
         return replace(self._planner.begun_anew(state) if afresh else state, aim=aim)
 
     def _next_aim(self, state: CartesianState, wanted: Wanted, poses: Poses) -> Aim:
+        where = (poses.position, poses.rotation)
         if wanted.q is None:
-            where = (poses.position, poses.rotation)
             return state.aim.speeding(wanted, where, self.params, anchored=state.limited)
         if state.in_target and state.aim.trembles(wanted, self.params):
             return state.aim.waited(self.params)
         way = (wanted.q - state.q_plan) * self._free
         slowest_s = slowest_joint_s(way, self._planner.coupling.speed_limit)
-        return state.aim.reached(wanted, state.q_plan, slowest_s, self.params)
+        return state.aim.reached(wanted, state.q_plan, where, slowest_s, self.params)
 
     def _after(
         self,

@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from dforc.arrays import Matrix, Vector
-from dforc.cartesian.coupling_kernel import plan_speeds, speed_bounds
+from dforc.cartesian.coupling_kernel import plan_speeds
 from dforc.cartesian.params import CouplingParams, ParameterError
 from dforc.limits import JointLimits
 
@@ -26,7 +26,7 @@ REFERENCE_GAMMA = 0.05  # iKin's
 GAMMA = 1e4
 # Across the path, along it, turning, each against gamma: measured over 200 moves, these keep the
 # path to 1.5 % and the profile to 2.3 % of the length where all alike leave 12 and 14 %.
-SHARES = (100.0, 20.0, 0.1)
+SHARES = (100.0, 50.0, 0.02)
 
 
 class Coupling:
@@ -51,6 +51,7 @@ class Coupling:
         q_rad: Vector,
         J: Matrix,
         v_joint: Vector,
+        v_before: Vector,
         v_task: Matrix,
         active: Matrix,
         free: Vector,
@@ -63,28 +64,33 @@ class Coupling:
             q_rad: the plan's posture (n,).
             J: Jacobians of the tips in the middle of the period (6 k, n), linear rows first.
             v_joint: v_q (n,) [rad/s].
+            v_before: joint speeds of the period before (n,).
             v_task: v_x (k, 6), linear [m/s] then angular [rad/s].
             active: (k, 6), 1 where v_x counts.
             free: (n,), 0 for a joint that moves by v_q whatever happens.
             bounds: lower and upper of C q (m,) at the period's end.
             period_s: how long the speeds will be applied.
         """
-        m, n = self._C.shape
-        low, high, dq = np.empty(m), np.empty(m), np.empty(n)
-        braking = self._params.braking_rad_s2
-        speed_bounds(
+        dq = np.empty(len(q_rad))
+        count = plan_speeds(
+            J,
+            v_task,
+            active,
+            self._weights,
+            free,
+            v_joint,
+            v_before,
             self._C,
-            q_rad,
+            self._C @ q_rad,
             bounds[0],
             bounds[1],
             self._sizes,
             self.speed_limit,
-            braking,
+            self._params.acceleration_limit_rad_s2,
+            self._params.braking_rad_s2,
             period_s,
-            low,
-            high,
+            dq,
         )
-        count = plan_speeds(J, v_task, active, self._weights, free, v_joint, self._C, low, high, dq)
         return dq, count != 0
 
     def reference_speeds(
@@ -126,5 +132,7 @@ class _Guard:
         closed = np.maximum(self._closed, 1e-12)
         # iKin: 0.5 (tanh(alpha (q - middle)) + 1) with alpha = 10 over the width of the ramp
         ramp = 0.5 * (np.tanh(10.0 * (inside - 1.5 * closed) / closed) + 1.0)
-        faded: Vector = np.where(inside <= closed, 0.0, np.where(inside >= 2.0 * closed, 1.0, ramp))
+        rounded = 1e-9 * closed
+        shut, open_ = inside <= closed + rounded, inside >= 2.0 * closed - rounded
+        faded: Vector = np.where(shut, 0.0, np.where(open_, 1.0, ramp))
         return faded

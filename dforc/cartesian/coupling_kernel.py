@@ -15,6 +15,18 @@ ROOM_TO_ROUND = 1e-9
 
 
 @compiled
+def add_misses(J: Matrix, left: Vector, weight: float, free: Vector, H: Matrix, g: Vector) -> None:
+    """Add weight |J dq - left|^2 / 2 of the free joints to 1/2 dq' H dq + g' dq (lower half)."""
+    n = len(g)
+    for r in range(len(left)):
+        for j in range(n):
+            scaled = weight * J[r, j] * free[j]
+            g[j] -= scaled * left[r]
+            for k in range(j + 1):
+                H[j, k] += scaled * J[r, k] * free[k]
+
+
+@compiled
 def add_task(
     J: Matrix,
     v_task: Vector,
@@ -25,72 +37,21 @@ def add_task(
     H: Matrix,
     g: Vector,
 ) -> None:
-    """Cost of one tip's miss, (J dq - v)' Omega (J dq - v) / 2, added to 1/2 dq' H dq + g' dq.
+    """Cost of one tip's miss, (J dq - v)' Omega (J dq - v) / 2.
 
     Omega weighs linear misses across the way with weights[0], along it with weights[1], and
     angular ones with weights[2]. Joints that are not free move by v_joint whatever happens.
     """
-    n = len(g)
-    size = SLOW_M_S * SLOW_M_S
-    for i in range(3):
-        size += v_task[i] * v_task[i]
-    size = math.sqrt(size)
-    along = np.zeros(n)
-    left = np.empty(6)
-    for r in range(6):
-        left[r] = v_task[r]
-        for j in range(n):
-            if free[j] == 0.0:
-                left[r] -= J[r, j] * v_joint[j]
-    left_along = 0.0
-    for r in range(6):
-        if active[r] == 0.0:
-            continue
-        weight = weights[0] if r < 3 else weights[2]
-        way = v_task[r] / size if r < 3 else 0.0
-        left_along += way * left[r]
-        for j in range(n):
-            if free[j] == 0.0:
-                continue
-            scaled = weight * J[r, j]
-            along[j] += way * J[r, j]
-            g[j] -= scaled * left[r]
-            for k in range(j + 1):
-                if free[k] != 0.0:
-                    H[j, k] += scaled * J[r, k]
-    less = weights[0] - weights[1]
-    for j in range(n):
-        scaled = less * along[j]
-        g[j] += scaled * left_along
-        for k in range(j + 1):
-            H[j, k] -= scaled * along[k]
-
-
-@compiled
-def speed_bounds(
-    C: Matrix,
-    q: Vector,
-    lower: Vector,
-    upper: Vector,
-    sizes: Vector,
-    speed_limit: Vector,
-    braking: float,
-    period_s: float,
-    low: Vector,
-    high: Vector,
-) -> None:
-    """Bounds on C dq (m,) that keep limits and rows, now and for as long as `braking` needs."""
-    h, n = period_s, len(q)
-    for i in range(len(low)):
-        value = 0.0
-        for k in range(n):
-            value += C[i, k] * q[k]
-        a = braking * sizes[i]
-        high[i] = room(upper[i] - value, a, h)
-        low[i] = -room(value - lower[i], a, h)
-        if i < n:
-            low[i] = min(max(low[i], -speed_limit[i]), high[i])
-            high[i] = max(min(high[i], speed_limit[i]), low[i])
+    left = v_task - J @ ((1.0 - free) * v_joint)
+    if active[3] != 0.0:
+        add_misses(J[3:], left[3:], weights[2], free, H, g)
+    if active[0] != 0.0:
+        add_misses(J[:3], left[:3], weights[0], free, H, g)
+        way = v_task[:3]
+        way = way / math.sqrt(SLOW_M_S * SLOW_M_S + way @ way)
+        along = np.empty((1, len(g)))
+        along[0] = way @ J[:3]
+        add_misses(along, np.array([way @ left[:3]]), weights[1] - weights[0], free, H, g)
 
 
 @compiled
@@ -105,6 +66,41 @@ def room(distance: float, braking: float, period_s: float) -> float:
 
 
 @compiled
+def limit_bounds(
+    values: Vector,
+    lower: Vector,
+    upper: Vector,
+    sizes: Vector,
+    braking: float,
+    period_s: float,
+    low: Vector,
+    high: Vector,
+) -> None:
+    """Bounds on the speeds of C q (m,) that keep limits and rows, now and while braking."""
+    for i in range(len(low)):
+        high[i] = room(upper[i] - values[i], braking * sizes[i], period_s)
+        low[i] = -room(values[i] - lower[i], braking * sizes[i], period_s)
+
+
+@compiled
+def narrow(low: Vector, high: Vector, least: Vector, most: Vector) -> None:
+    """Bounds of the joints cut to least .. most, as far as their limits leave a choice."""
+    for i in range(len(least)):
+        a, b = low[i], high[i]
+        low[i] = min(max(a, least[i]), b)
+        high[i] = max(min(b, most[i]), a)
+
+
+@compiled
+def stopping_bounds(free: Vector, v_joint: Vector, low: Vector, high: Vector) -> None:
+    """A joint that is not free may move by v_joint or less: it can always stand still."""
+    for i in range(len(free)):
+        if free[i] == 0.0:
+            low[i] = min(max(low[i], min(0.0, v_joint[i]) - ROOM_TO_ROUND), 0.0)
+            high[i] = max(min(high[i], max(0.0, v_joint[i]) + ROOM_TO_ROUND), 0.0)
+
+
+@compiled
 def plan_speeds(
     J: Matrix,
     v_task: Matrix,
@@ -112,35 +108,45 @@ def plan_speeds(
     weights: Vector,
     free: Vector,
     v_joint: Vector,
+    v_before: Vector,
     C: Matrix,
-    low: Vector,
-    high: Vector,
+    values: Vector,
+    lower: Vector,
+    upper: Vector,
+    sizes: Vector,
+    speed_limit: Vector,
+    acceleration: float,
+    braking: float,
+    period_s: float,
     dq: Vector,
 ) -> int:
-    """Joint speeds of least cost within bounds. Number of active bounds; -1: dq = 0, no answer."""
-    n = len(v_joint)
+    """Joint speeds of least cost within all bounds. Number of active bounds; -1: no answer, dq = 0.
+
+    Where the bounds exclude each other, that on the acceleration goes first, then what leads back
+    inside from outside; limits and rows stay.
+    """
+    n, m = len(v_joint), len(values)
     H, g = np.zeros((n, n)), np.empty(n)
     for j in range(n):
-        weight = 1.0 if free[j] != 0.0 else BLOCKED
-        H[j, j] = weight
-        g[j] = -weight * v_joint[j]
-        if free[j] == 0.0:  # it may stop sooner: standing still must always be possible
-            low[j] = max(low[j], min(0.0, v_joint[j]) - ROOM_TO_ROUND)
-            high[j] = min(high[j], max(0.0, v_joint[j]) + ROOM_TO_ROUND)
-            low[j], high[j] = min(low[j], 0.0), max(high[j], 0.0)
+        H[j, j] = 1.0 if free[j] != 0.0 else BLOCKED
+        g[j] = -H[j, j] * v_joint[j]
     for tip in range(len(v_task)):
         add_task(J[6 * tip : 6 * tip + 6], v_task[tip], active[tip], weights, free, v_joint, H, g)
     L, M, R = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
     held, work = np.empty((3, n)), np.empty((3, n))
-    count = -1
+    low, high = np.empty(m), np.empty(m)
     if factorise(H, n, 0.0, L):
-        count = solve_factorised(L, g, C, low, high, n, dq, M, R, held, work)
-        if count < 0:  # not every way back inside is open: stay, at least
-            for i in range(len(low)):
-                low[i], high[i] = min(low[i], 0.0), max(high[i], 0.0)
+        for attempt in range(3):
+            limit_bounds(values, lower, upper, sizes, braking, period_s, low, high)
+            narrow(low, high, -speed_limit, speed_limit)
+            if attempt == 0:
+                change = acceleration * period_s
+                narrow(low, high, v_before - change, v_before + change)
+            stopping_bounds(free, v_joint, low, high)
+            if attempt == 2:
+                low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
             count = solve_factorised(L, g, C, low, high, n, dq, M, R, held, work)
-    if count < 0:
-        for j in range(n):
-            dq[j] = 0.0
-        return -1
-    return count
+            if count >= 0:
+                return count
+    dq[:] = 0.0
+    return -1

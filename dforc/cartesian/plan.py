@@ -104,6 +104,7 @@ class Planner:
             state.q_plan,
             J,
             v_joint,
+            state.dq_plan,
             v_task,
             aim.active,
             self._free,

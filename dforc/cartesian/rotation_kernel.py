@@ -16,7 +16,7 @@ Rotations = NDArray[np.float64]  # (k, 3, 3)
 
 @compiled
 def turn_between(A: Matrix, B: Matrix, before: Vector, turn: Vector) -> None:
-    """Rotation vector (3,), base frame, that turns B into A; near half a turn on the side of before.
+    """Rotation vector (3,) that turns B into A, base frame; near half a turn as `before`.
 
     Through the unit quaternion of A B', so that it stays exact near zero and near half a turn.
     """

@@ -11,6 +11,8 @@ from dforc.errors import ShapeError
 from dforc.ik.problem import checked_rotation
 
 STILL = (0.0, 0.0, 0.0)
+JUMP_M = 0.005  # a target this far from where it was expected has jumped
+JUMP_OF_ROTATION = 0.05  # of an element of the rotation matrix
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,6 +86,12 @@ class Wanted:
             elif tip is not None:
                 wanted._take_speed(i, tip)
         return wanted
+
+    def is_beside(self, position: Matrix, rotation: NDArray[np.float64]) -> bool:
+        """Whether any tip is to be further than a jump from these places (k, 3), (k, 3, 3)."""
+        moved = np.abs((self.position - position) * self.active[:, :3]).max()
+        turned = np.abs(self.rotation - rotation).max(axis=(1, 2)) * self.active[:, 3]
+        return bool(moved > JUMP_M or turned.max() > JUMP_OF_ROTATION)
 
     def _take_pose(self, i: int, tip: PoseTarget) -> None:
         self.position[i] = finite_vector("target position", tip.position_m, 3)

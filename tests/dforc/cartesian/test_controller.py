@@ -6,45 +6,38 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from dforc.arrays import Matrix, Vector
-from dforc.cartesian.controller import (
-    CartesianController,
-    CartesianOutput,
-    CartesianParams,
-    CartesianTarget,
-    Measurement,
-)
-from dforc.cartesian.coupling import CouplingParams
+from dforc.arrays import ArrayLike, Matrix, Vector
+from dforc.cartesian.controller import CartesianController
 from dforc.cartesian.outer_correction import CorrectionParams
+from dforc.cartesian.params import CartesianParams, CouplingParams
+from dforc.cartesian.state import CartesianOutput, Measurement
+from dforc.cartesian.targets import PoseTarget, ReachTarget
 from dforc.errors import NotFiniteError
-from dforc.ik import InverseKinematics
+from dforc.ik.inverse_kinematics import InverseKinematics
+from dforc.ik.problem import Tip, TipTarget
 from dforc.limits import JointLimits
-from dforc.robot_model import RobotModel
 from dforc.rotation import angle_between
 
 PERIOD_S = 0.01
 ALL = (True,) * 10
-STEP_RAD = math.radians(5.0)
 Arm = Callable[[Vector], Vector]  # reference of a period -> joint angles at its end
 Path = Callable[[float], tuple[Vector, Vector]]  # time -> position, velocity of the target
 
 
 @pytest.fixture
-def controller(model: RobotModel, limits: JointLimits) -> CartesianController:
-    return CartesianController(model, limits)
+def controller(tip: Tip, limits: JointLimits) -> CartesianController:
+    return CartesianController([tip], limits)
 
 
-@pytest.fixture(scope="module")
-def built(
-    model: RobotModel, limits: JointLimits, rest: Vector, rest_weights: Vector
-) -> InverseKinematics:
-    return InverseKinematics(model, limits, rest, rest_weights)
+def reach(
+    position: Vector, R: Matrix, q: Vector, velocity: ArrayLike = (0.0, 0.0, 0.0)
+) -> ReachTarget:
+    pose = PoseTarget(position_m=position, rotation=R, velocity_m_s=velocity)
+    return ReachTarget(tips=(pose,), q_rad=q)
 
 
-@pytest.fixture
-def solver(built: InverseKinematics) -> InverseKinematics:
-    built.reset()
-    return built
+def posture(solver: InverseKinematics, position: Vector, R: Matrix, q_start: Vector) -> Vector:
+    return solver.solve([TipTarget.checked(position, R)], q_start).q_rad
 
 
 class FrictionArm:
@@ -85,10 +78,8 @@ def follow(
     outputs = []
     for tick in range(int(seconds / PERIOD_S)):
         position, velocity = path(tick * PERIOD_S)
-        q_target = solver.solve(position, R, q_target, STEP_RAD).q_rad
-        target = CartesianTarget(
-            position_m=position, rotation=R, q_rad=q_target, velocity_m_s=velocity
-        )
+        q_target = solver.track([TipTarget.checked(position, R)], q_target).q_rad
+        target = reach(position, R, q_target, velocity)
         state, output = controller.step(state, Measurement(q_rad=q, compliant=ALL), target)
         q = arm(output.q_rad)
         outputs.append(output)
@@ -106,10 +97,10 @@ def critically_damped(start: Vector, goal: Vector) -> Path:
 
 
 def test_circle_is_followed_without_cutting_it(
-    controller: CartesianController, solver: InverseKinematics, model: RobotModel, home: Vector
+    controller: CartesianController, solver: InverseKinematics, tip: Tip, home: Vector
 ) -> None:
     """0.1 m/s around a circle of 70 mm; the bar is 3 mm."""
-    R, start = model.tip_pose(home)
+    R, start = tip.pose(home)
     radius_m, speed_m_s = 0.07, 0.1
     centre, rate = start - [0.0, radius_m, 0.0], speed_m_s / radius_m
 
@@ -119,44 +110,44 @@ def test_circle_is_followed_without_cutting_it(
 
     outputs = follow(controller, solver, home, R, circle, ideal, 4.5)
     for tick, output in enumerate(outputs):
-        assert np.linalg.norm(output.plan_position_m - circle(tick * PERIOD_S)[0]) < 0.002
-        assert np.linalg.norm(output.plan_position_m - centre) > radius_m - 0.0005
-        assert angle_between(output.plan_rotation, R) < 0.005
+        assert np.linalg.norm(output.tips[0].plan_position_m - circle(tick * PERIOD_S)[0]) < 0.002
+        assert np.linalg.norm(output.tips[0].plan_position_m - centre) > radius_m - 0.0005
+        assert angle_between(output.tips[0].plan_rotation, R) < 0.005
 
 
 def test_jump_of_the_target_gives_a_straight_minimum_jerk_move(
-    model: RobotModel,
+    tip: Tip,
     limits: JointLimits,
     solver: InverseKinematics,
     home: Vector,
 ) -> None:
-    R, start = model.tip_pose(home)
+    R, start = tip.pose(home)
     goal = start + np.array([-0.06, 0.10, 0.12])
-    result = solver.solve(goal, R, home)
+    q_goal = posture(solver, goal, R, home)
     params = CartesianParams(trajectory_time_s=1.0, coupling=CouplingParams(speed_limit_rad_s=6.0))
-    controller = CartesianController(model, limits, params)
+    controller = CartesianController([tip], limits, params)
     state, q = controller.start(home), home
-    target = CartesianTarget(position_m=goal, rotation=R, q_rad=result.q_rad)
+    target = reach(goal, R, q_goal)
     way, length = goal - start, float(np.linalg.norm(goal - start))
     for tick in range(150):
         state, output = controller.step(state, Measurement(q_rad=q, compliant=ALL), target)
         q = output.plan_q_rad
-        share = float((output.plan_position_m - start) @ way) / length**2
+        share = float((output.tips[0].plan_position_m - start) @ way) / length**2
         s = min(tick * PERIOD_S, 1.0)
         assert share == pytest.approx(10 * s**3 - 15 * s**4 + 6 * s**5, abs=0.01)
-        assert np.linalg.norm(output.plan_position_m - start - share * way) < 0.02 * length
-    assert np.linalg.norm(output.plan_position_m - goal) < 2e-4
+        assert np.linalg.norm(output.tips[0].plan_position_m - start - share * way) < 0.02 * length
+    assert np.linalg.norm(output.tips[0].plan_position_m - goal) < 2e-4
 
 
 def test_retargeting_changes_no_speed_abruptly(
-    controller: CartesianController, solver: InverseKinematics, model: RobotModel, home: Vector
+    controller: CartesianController, solver: InverseKinematics, tip: Tip, home: Vector
 ) -> None:
-    R, start = model.tip_pose(home)
+    R, start = tip.pose(home)
     goals = start + np.array([[-0.05, 0.0, 0.1], [0.02, -0.1, 0.03]])
     state, q, speeds = controller.start(home), home, []
     for goal in goals:
-        result = solver.solve(goal, R, home)
-        target = CartesianTarget(position_m=goal, rotation=R, q_rad=result.q_rad)
+        q_goal = posture(solver, goal, R, home)
+        target = reach(goal, R, q_goal)
         for _ in range(25):  # half of the trajectory time
             state, output = controller.step(state, Measurement(q_rad=q, compliant=ALL), target)
             q = output.q_rad
@@ -168,15 +159,15 @@ def test_retargeting_changes_no_speed_abruptly(
 @pytest.mark.parametrize("seed", range(3))
 def test_correction_takes_out_lag_sag_and_friction(
     solver: InverseKinematics,
-    model: RobotModel,
+    tip: Tip,
     limits: JointLimits,
     home: Vector,
     seed: int,
 ) -> None:
     # Without the band of rest, which is made for the ticks of an encoder; this arm has none.
     params = CartesianParams(correction=CorrectionParams(settle_rad=0.0, wake_rad=0.0))
-    controller = CartesianController(model, limits, params)
-    R, start = model.tip_pose(home)
+    controller = CartesianController([tip], limits, params)
+    R, start = tip.pose(home)
     goal = start + np.array([-0.05, -0.1, 0.1])
     path = critically_damped(start, goal)
     outputs = follow(controller, solver, home, R, path, FrictionArm(home, seed), 5.0)
@@ -185,9 +176,9 @@ def test_correction_takes_out_lag_sag_and_friction(
 
 
 def test_band_of_rest_costs_less_than_two_millimetres(
-    controller: CartesianController, solver: InverseKinematics, model: RobotModel, home: Vector
+    controller: CartesianController, solver: InverseKinematics, tip: Tip, home: Vector
 ) -> None:
-    R, start = model.tip_pose(home)
+    R, start = tip.pose(home)
     path = critically_damped(start, start + np.array([-0.05, -0.1, 0.1]))
     outputs = follow(controller, solver, home, R, path, FrictionArm(home, 0), 5.0)
     assert max(output.position_error_m for output in outputs[-100:]) < 2e-3
@@ -196,24 +187,24 @@ def test_band_of_rest_costs_less_than_two_millimetres(
 
 
 def test_without_the_correction_friction_stays(
-    model: RobotModel,
+    tip: Tip,
     limits: JointLimits,
     solver: InverseKinematics,
     home: Vector,
 ) -> None:
     params = CartesianParams(correction=CorrectionParams(gain_per_s=0.0))
-    controller = CartesianController(model, limits, params)
-    R, start = model.tip_pose(home)
+    controller = CartesianController([tip], limits, params)
+    R, start = tip.pose(home)
     path = critically_damped(start, start + np.array([-0.05, -0.1, 0.1]))
     outputs = follow(controller, solver, home, R, path, FrictionArm(home, 0), 5.0)
     assert outputs[-1].position_error_m > 1.5e-3
 
 
 def test_pushed_arm_stays_compliant_and_comes_back(
-    controller: CartesianController, model: RobotModel, home: Vector
+    controller: CartesianController, tip: Tip, home: Vector
 ) -> None:
-    R, p = model.tip_pose(home)
-    target = CartesianTarget(position_m=p, rotation=R, q_rad=home)
+    R, p = tip.pose(home)
+    target = reach(p, R, home)
     state, arm = controller.start(home), FrictionArm(home, 0)
     output = None
     for tick in range(900):
@@ -232,15 +223,15 @@ def test_pushed_arm_stays_compliant_and_comes_back(
 def test_plan_keeps_limits_and_rows_and_the_reference_the_limits(
     controller: CartesianController,
     solver: InverseKinematics,
-    model: RobotModel,
+    tip: Tip,
     limits: JointLimits,
     home: Vector,
     postures: list[Vector],
 ) -> None:
     for goal_posture in postures[:6]:
-        R, goal = model.tip_pose(goal_posture)
-        q_goal = solver.solve(goal, R, home).q_rad
-        target = CartesianTarget(position_m=goal, rotation=R, q_rad=q_goal)
+        R, goal = tip.pose(goal_posture)
+        q_goal = posture(solver, goal, R, home)
+        target = reach(goal, R, q_goal)
         state, arm = controller.start(home), FrictionArm(home, 1)
         for _ in range(200):
             state, output = controller.step(state, Measurement(q_rad=arm.q, compliant=ALL), target)
@@ -262,12 +253,12 @@ def test_start_is_the_reference_and_nothing_moves_without_a_target(
 
 
 def test_lost_target_stops_the_plan_smoothly_and_for_good(
-    controller: CartesianController, solver: InverseKinematics, model: RobotModel, home: Vector
+    controller: CartesianController, solver: InverseKinematics, tip: Tip, home: Vector
 ) -> None:
-    R, start = model.tip_pose(home)
+    R, start = tip.pose(home)
     goal = start + np.array([-0.05, 0.0, 0.12])
-    result = solver.solve(goal, R, home)
-    target = CartesianTarget(position_m=goal, rotation=R, q_rad=result.q_rad)
+    q_goal = posture(solver, goal, R, home)
+    target = reach(goal, R, q_goal)
     state, q, speeds = controller.start(home), home, []
     for tick in range(200):
         given = target if tick < 25 else None
@@ -277,16 +268,18 @@ def test_lost_target_stops_the_plan_smoothly_and_for_good(
     changes = np.abs(np.diff(np.array(speeds), axis=0)).max(axis=1)
     assert changes[25:].max() < 0.15 * np.abs(speeds).max()
     assert np.abs(speeds[-1]).max() < 1e-3
-    assert np.linalg.norm(output.plan_position_m - goal) > 0.01  # it did not go on to the goal
+    assert (
+        np.linalg.norm(output.tips[0].plan_position_m - goal) > 0.01
+    )  # it did not go on to the goal
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_what_is_not_finite_is_refused_and_the_state_can_go_on(
-    controller: CartesianController, model: RobotModel, home: Vector, bad: float
+    controller: CartesianController, tip: Tip, home: Vector, bad: float
 ) -> None:
-    R, p = model.tip_pose(home)
+    R, p = tip.pose(home)
     state = controller.start(home)
-    good = CartesianTarget(position_m=p, rotation=R, q_rad=home)
+    good = reach(p, R, home)
     spoilt = home.copy()
     spoilt[0] = bad
     for measured, target in (
@@ -294,19 +287,19 @@ def test_what_is_not_finite_is_refused_and_the_state_can_go_on(
         (Measurement(q_rad=home, compliant=ALL, external_force_n=bad), good),
         (
             Measurement(q_rad=home, compliant=ALL),
-            CartesianTarget(position_m=p * bad, rotation=R, q_rad=home),
+            reach(p * bad, R, home),
         ),
         (
             Measurement(q_rad=home, compliant=ALL),
-            CartesianTarget(position_m=p, rotation=R * bad, q_rad=home),
+            reach(p, R * bad, home),
         ),
         (
             Measurement(q_rad=home, compliant=ALL),
-            CartesianTarget(position_m=p, rotation=R, q_rad=spoilt),
+            reach(p, R, spoilt),
         ),
         (
             Measurement(q_rad=home, compliant=ALL),
-            CartesianTarget(position_m=p, rotation=R, q_rad=home, velocity_m_s=(0.0, 0.0, bad)),
+            reach(p, R, home, (0.0, 0.0, bad)),
         ),
     ):
         with pytest.raises(NotFiniteError):
@@ -316,14 +309,14 @@ def test_what_is_not_finite_is_refused_and_the_state_can_go_on(
 
 
 def test_reference_leads_the_plan_by_the_lag_of_the_boards(
-    model: RobotModel,
+    tip: Tip,
     limits: JointLimits,
     solver: InverseKinematics,
     home: Vector,
 ) -> None:
     params = CartesianParams(lead_s=0.05, correction=CorrectionParams(gain_per_s=0.0))
-    controller = CartesianController(model, limits, params)
-    R, start = model.tip_pose(home)
+    controller = CartesianController([tip], limits, params)
+    R, start = tip.pose(home)
     path = critically_damped(start, start + np.array([-0.03, 0.0, 0.06]))
     for output in follow(controller, solver, home, R, path, ideal, 1.0):
         lead = output.q_rad - output.plan_q_rad

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dforc.cartesian.min_jerk import LagState, Motion, advance, lag_step
+from dforc.cartesian.min_jerk import LagState, Motion, advance, lag_step, run_cubic
 
 PERIOD_S = 0.01
 
@@ -65,3 +65,38 @@ def test_lag_law_is_at_90_percent_after_the_trajectory_time_without_overshoot() 
 def test_lag_law_trails_a_ramp_by_0_564_of_the_trajectory_time() -> None:
     path = lag_response([i * PERIOD_S for i in range(600)])
     assert 599 * PERIOD_S - path[-1] == pytest.approx(0.564, abs=0.015)
+
+
+def cubic_run(
+    velocity: float, acceleration: float, wanted: float, periods: int
+) -> tuple[list[float], list[float], float]:
+    """Speeds and accelerations over `periods` of a change of speed that takes so long; the way."""
+    v, a, way, gone = np.array([velocity]), np.array([acceleration]), np.zeros(1), 0.0
+    speeds, accelerations = [], []
+    for left in range(periods, 0, -1):
+        run_cubic(way, v, a, np.array([wanted]), left * PERIOD_S, PERIOD_S)
+        gone += float(way[0])
+        speeds.append(float(v[0]))
+        accelerations.append(float(a[0]))
+    return speeds, accelerations, gone
+
+
+def test_change_of_speed_from_rest_follows_the_cubic_with_least_jerk() -> None:
+    speeds, accelerations, gone = cubic_run(0.0, 0.0, 0.4, 30)
+    s = np.arange(1, 31) / 30
+    assert speeds == pytest.approx(0.4 * (3.0 * s**2 - 2.0 * s**3), abs=1e-12)
+    assert accelerations == pytest.approx(0.4 / 0.3 * 6.0 * (s - s**2), abs=1e-9)
+    assert gone == pytest.approx(0.4 * 0.3 / 2.0)
+
+
+def test_stop_covers_half_of_speed_times_time_and_does_not_turn_back() -> None:
+    speeds, _, gone = cubic_run(0.6, 0.0, 0.0, 40)
+    assert gone == pytest.approx(0.6 * 0.4 / 2.0)
+    assert min(speeds) == pytest.approx(0.0, abs=1e-12)
+    assert (np.diff(speeds) < 0.0).all()
+
+
+def test_change_of_speed_begins_at_the_acceleration_that_there_is() -> None:
+    _, accelerations, gone = cubic_run(0.6, 2.0, 0.0, 4000)
+    assert accelerations[0] == pytest.approx(2.0, rel=0.002)
+    assert gone == pytest.approx(0.6 * 40.0 / 2.0 + 2.0 * 40.0**2 / 12.0)
