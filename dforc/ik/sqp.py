@@ -18,8 +18,10 @@ from dforc.quadratic import NoSolutionError, minimise
 
 BLOCKED_RAD = 1e-12  # a joint with less room than this does not move
 INSIDE_SHARE = 0.999  # of the tolerance: for rounding
-ROUNDS = 20  # of linearised extra constraints
+ROUNDS = 30  # of linearised extra constraints
 EXTRA_STEP_RAD = 0.3  # of a joint, per round
+EXTRA_ALLOWED = 0.1  # by which a round may miss them, per square of its step
+SHORTER, LONGER = 0.3, 2.0  # next step, after one that missed and after one that did not
 EXTRA_KEPT = 1e-6
 STANDS_RAD = 1e-5
 
@@ -94,33 +96,43 @@ class Sqp:
         extra: ExtraConstraints,
     ) -> RawAnswer:
         """Rounds of searches, each within the extra constraints as they are around its start."""
-        n, used = problem.n, 0
-        q = q_start
+        n, used, step = problem.n, 0, EXTRA_STEP_RAD
+        q, (h, J) = q_start, extra.evaluate(q_start)
+        before = np.zeros(n)
         for _ in range(ROUNDS):
-            h, J = extra.evaluate(q)
             sizes = np.maximum(np.linalg.norm(J, axis=1), 1e-9)
             rows = J / sizes[:, None]
             C = np.vstack([problem.limits.C, rows])
             lower = np.concatenate([bounds.lower, rows @ q - h / sizes])
             upper = np.concatenate([bounds.upper, np.full(len(h), np.inf)])
-            lower[:n] = np.maximum(lower[:n], q - EXTRA_STEP_RAD)
-            upper[:n] = np.minimum(upper[:n], q + EXTRA_STEP_RAD)
+            lower[:n] = np.maximum(lower[:n], q - step)
+            upper[:n] = np.minimum(upper[:n], q + step)
             try:
                 begin = q if (h >= 0.0).all() else minimise(np.eye(n), -q, C, lower, upper)
             except NoSolutionError:
-                return RawAnswer(q_start, used, solved=False)
-            begin = np.clip(begin, lower[:n], upper[:n])
+                break
+            begin = np.minimum(np.maximum(begin, lower[:n]), upper[:n])
             inside = SearchBounds(lower, upper)
             answer = self._search(problem, targets, begin, C, inside, budget - used)
             used += answer.iterations
-            moved = float(np.abs(answer.q - q).max())
-            q = answer.q
-            if not answer.solved or used >= budget:
+            if not answer.solved:
                 break
+            there = extra.evaluate(answer.q)
+            moved = float(np.abs(answer.q - q).max())
             if moved < STANDS_RAD:
-                kept = bool((extra.evaluate(q)[0] >= -EXTRA_KEPT).all())
-                return RawAnswer(q, used, kept)
-        return RawAnswer(q, used, solved=False)
+                kept = bool((there[0] >= -EXTRA_KEPT).all())
+                return RawAnswer(answer.q, used, kept)
+            allowed = max(0.5 * _missed(h), EXTRA_ALLOWED * moved * moved)
+            if _missed(there[0]) > allowed:  # the rows were too far from the truth
+                step = SHORTER * moved
+            else:
+                change = answer.q - q
+                back = float(change @ before) < 0.0  # two answers may take turns
+                step = 0.5 * moved if back else min(EXTRA_STEP_RAD, LONGER * step)
+                q, (h, J), before = answer.q, there, change
+            if used >= budget:
+                break
+        return RawAnswer(q_start, used, solved=False)
 
     def _prepare(self, problem: IkProblem) -> None:
         """Tables of a problem, when it is another one."""
@@ -205,3 +217,7 @@ class Sqp:
                 upper=np.zeros(rows),
             )
         return room
+
+
+def _missed(h: Vector) -> float:
+    return max(0.0, -float(h.min(initial=np.inf)))
