@@ -9,7 +9,7 @@ import numpy as np
 
 from dforc.arrays import Vector
 from dforc.cartesian.params import Law
-from services.reaching.cartesian_errors import CALIBRATE, RefusedError
+from services.reaching.cartesian_errors import RefusedError
 from services.reaching.cartesian_messages import (
     CartesianInfo,
     CartesianReply,
@@ -193,7 +193,7 @@ class CartesianAnswers:
     def _posture(self, limb: LimbControl) -> Vector:
         reading = self._readings.of(limb.shape.name)
         if reading.missing:
-            raise RefusedError(f"the pose is not known: {reading.missing}; {CALIBRATE}")
+            raise RefusedError(f"the pose is not known: {reading.missing}")
         if limb.settings.reference_mode:
             return limb.references(reading)
         return np.array(reading.q_rad)

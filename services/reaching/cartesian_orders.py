@@ -16,7 +16,7 @@ from dforc.cartesian.targets import ReachTarget, SpeedTarget, TipSpeed
 from services.core.clock import NS_PER_S
 from services.core.service import Inputs, Outputs
 from services.messages import Floats
-from services.reaching.cartesian_errors import CALIBRATE, SWITCH_OVER, RefusedError
+from services.reaching.cartesian_errors import RefusedError
 from services.reaching.cartesian_messages import CartesianReply, CartesianRequest
 from services.reaching.ik_questions import IkQuestions
 from services.reaching.ik_targets import Targets, pose_targets
@@ -181,23 +181,23 @@ class CartesianOrders:
             if not reading.missing:
                 hands[arm] = tip.pose(np.array(reading.q_rad))[1]
         if not hands:
-            raise RefusedError(f"the place of no hand is known; {CALIBRATE}")
+            raise RefusedError(f"the place of no hand is known: {reading.missing}")
         return self._names.nearest(place, hands)
 
     def _measured(self, limb: str) -> Floats:
         reading = self._readings.of(limb)
         if reading.missing:
-            raise RefusedError(f"no posture to start from: {reading.missing}; {CALIBRATE}")
+            raise RefusedError(f"no posture to start from: {reading.missing}")
         return reading.q_rad
 
     def _ready(self, limb: str) -> LimbControl:
         """A limb that takes set-points."""
         control, reading = self._limbs[limb], self._readings.of(limb)
         if reading.missing:
-            raise RefusedError(f"{limb} cannot move: {reading.missing}; {CALIBRATE}")
+            raise RefusedError(f"{limb} cannot move: {reading.missing}")
         other = reading.not_direct(control.shape.joints, control.free)
         if other:
-            raise RefusedError(f"{limb} cannot move: {other}; {SWITCH_OVER}")
+            raise RefusedError(f"{limb} cannot move: {other}")
         if not any(control.free):
             raise RefusedError(f"{limb} cannot move: all its joints are blocked")
         return control

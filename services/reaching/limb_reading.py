@@ -11,6 +11,9 @@ from services.streams import JOINT_STATE
 
 STATE_AGE_S = 0.05
 DIRECT = 0x08  # codes of can-protocol 10.1
+SCAN = "are the boards powered and found (`ulna can scan`)?"
+CALIBRATE = "`ulna joints calibrate` calibrates joints and switches them on"
+SWITCH_OVER = "`ulna joints direct` has them take set-points"
 MODES = {
     0x00: "idle",
     0x01: "position mode",
@@ -44,7 +47,7 @@ class Reading:
         if not other:
             return ""
         rest = f" and {len(other) - 1} more" if len(other) > 1 else ""
-        return f"{other[0]}{rest}, not in position-direct mode"
+        return f"{other[0]}{rest}, not in position-direct mode; {SWITCH_OVER}"
 
 
 def read_limb(shape: LimbShape, inputs: Inputs) -> Reading:
@@ -53,9 +56,10 @@ def read_limb(shape: LimbShape, inputs: Inputs) -> Reading:
     for part, joints in shape.parts.items():
         state = inputs.fresh(JOINT_STATE[part], STATE_AGE_S)
         if state is None:
-            return Reading(missing=f"no joint states of {part}")
+            return Reading(missing=f"no joint states of {part}; {SCAN}")
         if not state.valid:
-            return Reading(missing=f"{part} has joints that are not calibrated or not heard")
+            unknown = f"{part} has joints that are not calibrated or not heard"
+            return Reading(missing=f"{unknown}; {CALIBRATE}")
         if not _is_posture(state, len(joints)):
             return Reading(missing=f"the joint states of {part} are malformed", malformed=True)
         states.append(state)
