@@ -26,9 +26,18 @@ class SymbolicChain:
     order: tuple[int, ...]  # joint indices from the base to the tip
 
 
-def symbolic_chain(chain: Sequence[ChainElement], n: int) -> SymbolicChain:
-    """Expressions for `RobotModel.chain_description()` of a model with n joints."""
-    q = ca.SX.sym("q", n)
+def symbolic_chain(
+    chain: Sequence[ChainElement], n: int, q: ca.SX | None = None, offset_m: ca.SX | None = None
+) -> SymbolicChain:
+    """Expressions for `RobotModel.chain_description()` of a model with n joints.
+
+    Args:
+        chain: from the base to the tip.
+        n: joints of the model.
+        q: the joints' angles (n, 1) where they are shared with another chain.
+        offset_m: of another point to be placed, in the tip frame (3, 1).
+    """
+    q = ca.SX.sym("q", n) if q is None else q
     R, p = ca.SX.eye(3), ca.SX.zeros(3, 1)
     frames: list[tuple[int, ca.SX, ca.SX]] = []  # joint, axis, origin
     turned = np.eye(3)  # of the frame kept here against the model's: puts each axis on z
@@ -36,6 +45,7 @@ def symbolic_chain(chain: Sequence[ChainElement], n: int) -> SymbolicChain:
         p = p + R @ _constant(turned.T @ element.p)
         if element.joint < 0:
             R = R @ _constant(turned.T @ element.R)
+            p = p if offset_m is None else p + R @ offset_m
             break
         align = rotation_onto(element.axis)
         R = R @ _constant(turned.T @ element.R @ align)
