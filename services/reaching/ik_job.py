@@ -16,7 +16,7 @@ from services.reaching.ik_targets import Targets, pose_targets
 from services.reaching.messages import IkAnswer, IkReply, IkRequest
 
 MOST_POSES = 5000
-CALL_MS = 0.1  # of one search beside its iterations
+CALL_MS = 0.2  # of one search beside its iterations
 TURNED_RAD = math.radians(2.0)  # less than this off counts as the orientation that was asked for
 PLACED_M = 1e-3
 

@@ -21,7 +21,7 @@ from services.streams import JOINT_STATE
 STATE_AGE_S = 0.1
 DEFAULT_SOLVER = "sqp"
 # Deadlines are kept by counting: what a slow core does in a ms, and no solver's name but these.
-ITERATIONS_PER_MS = {"sqp": 100.0, "ipopt": 4.0, "fatrop": 12.0}
+ITERATIONS_PER_MS = {"sqp": 100.0, "ipopt": 3.0, "fatrop": 4.0}
 
 
 class IkLimb:
