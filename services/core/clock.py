@@ -10,6 +10,9 @@ NS_PER_MS = 1_000_000
 wall_ns = time.perf_counter_ns
 """Stopwatch for statistics [ns]. Never an input of a decision: results must not depend on it."""
 
+thread_cpu_ns = time.thread_time_ns
+"""What the calling thread has used of a processor [ns]. For statistics only, like `wall_ns`."""
+
 
 def wall_clock_text() -> str:
     """Date and time of day for names of files and reports, as 20260131-235959."""
