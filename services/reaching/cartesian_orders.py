@@ -106,7 +106,7 @@ class CartesianOrders:
 
         def heard(now_ns: int, answer: IkAnswer | None, reason: str) -> None:  # noqa: ARG001
             if answer is None or not is_good_enough(answer, request.nearest):
-                self._refuse(reason or "out of reach", answer)
+                self._refuse(why_not(answer, reason), answer)
                 return
             q = np.array(answer.q_rad)
             target = ReachTarget(tips=reached_poses(control.problem.tips, targets, q), q_rad=q)
@@ -237,6 +237,14 @@ def is_place(position_m: tuple[float, float, float]) -> bool:
 def is_good_enough(answer: IkAnswer, nearest: bool) -> bool:
     """Whether to go to an answer; `nearest` is content with the nearest posture there is."""
     return answer.status == "converged" or (nearest and answer.status == "infeasible")
+
+
+def why_not(answer: IkAnswer | None, reason: str) -> str:
+    """Why a move does not begin, for who asked for it."""
+    if answer is None:
+        return reason
+    what = "out of reach" if answer.status == "infeasible" else "no posture found in time"
+    return f"{what}: {reason}" if reason else what
 
 
 def checked_targets(poses: tuple[TipPose | None, ...], control: LimbControl) -> Targets:

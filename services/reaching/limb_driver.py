@@ -103,7 +103,7 @@ class LimbDriver:
         if self.mode is Mode.FIELD and limb == self.limb:
             return
         if not self.may_take(limb):
-            self.stop(now_ns, "taken over", f"a stream of points moves {limb}")
+            self._brake("taken over", f"a stream of points is to move {limb}")
             return
         self._end_stopping(now_ns)
         self.motions.end(now_ns, "taken over", "a stream of points commands")
@@ -114,11 +114,8 @@ class LimbDriver:
     def stop(self, now_ns: int, outcome: str = "stopped", reason: str = "") -> None:
         """Come to rest; the motion ends when the plan stands."""
         self.points.bar(now_ns)
-        if self.is_idle:
-            return
-        if self.mode is not Mode.STOPPING:
-            self._ending = Ending(outcome, reason)
-        self.mode = Mode.STOPPING
+        if not self.is_idle:
+            self._brake(outcome, reason)
 
     def retarget(self, target: ReachTarget) -> None:
         """Tracking: another posture for the same poses."""
@@ -141,6 +138,11 @@ class LimbDriver:
         """The process ends."""
         self.mode = Mode.IDLE
         self.motions.close(now_ns)
+
+    def _brake(self, outcome: str, reason: str) -> None:
+        if self.mode is not Mode.STOPPING:
+            self._ending = Ending(outcome, reason)
+        self.mode = Mode.STOPPING
 
     def _take(self, now_ns: int, limb: str) -> None:
         self.points.bar(now_ns)

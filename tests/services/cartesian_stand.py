@@ -134,7 +134,7 @@ class Stand:
     def run(self, seconds: float, until: Callable[[], bool] | None = None) -> bool:
         return self.executor.run(seconds, until)
 
-    def send(self, action: str, limb: str = "right_arm", **fields: object) -> int:
+    def send(self, action: str, limb: str = "right_arm", /, **fields: object) -> int:
         """Send a request; the number finds its reply in `reply`."""
         self.caller.waiting.append(CartesianRequest(action=action, limb=limb, **fields))  # type: ignore[arg-type]
         self.run(0.002)
@@ -146,11 +146,11 @@ class Stand:
         assert isinstance(reply, CartesianReply), reply
         return reply
 
-    def ask(self, action: str, limb: str = "right_arm", **fields: object) -> CartesianReply:
+    def ask(self, action: str, limb: str = "right_arm", /, **fields: object) -> CartesianReply:
         """Send a request and wait for its reply."""
         return self.reply(self.send(action, limb, **fields))
 
-    def set(self, limb: str = "right_arm", **fields: object) -> CartesianReply:
+    def set(self, limb: str = "right_arm", /, **fields: object) -> CartesianReply:
         return self.ask("set", limb, settings=CartesianSettings(**fields))  # type: ignore[arg-type]
 
     def go(
