@@ -25,15 +25,7 @@ from numpy.typing import NDArray
 from dforc.arrays import Matrix, Vector
 from dforc.robot_model import ChainElement
 from dforc.symbolic.kinematics import symbolic_chain
-from dforc.symbolic.terms import (
-    Errors,
-    Terms,
-    orientation_cost,
-    orientation_error,
-    position_error,
-    rest_cost,
-    squared_distance,
-)
+from dforc.symbolic.terms import orientation_error, position_error
 
 TIP = 23  # parameters of one tip
 CONDITION = 4  # constraints of one tip: three equations and |u|^2
@@ -106,67 +98,82 @@ class Program:
     hessian: ca.SX  # of factor f + multipliers . g
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _TipPart:
+    """What one tip adds: to the cost and its gradient, conditions, and curvature by q."""
+
+    cost: ca.SX
+    gradient: ca.SX  # (n, 1)
+    error: ca.SX  # (3, 1), that its condition is about
+    jacobian: ca.SX  # of it (3, n)
+    hessian: ca.SX  # (n, n)
+
+
 def reaching_program(structure: Structure) -> Program:
     """Write it out."""
     n, k = structure.n, len(structure.chains)
-    q, uv = ca.SX.sym("q", n), ca.SX.sym("us", 6 * k)
+    q, auxiliary = ca.SX.sym("q", n), ca.SX.sym("us", 6 * k)
     p = ca.SX.sym("p", TIP * k + 2 * n + 1 + int(structure.row_pattern.sum()))
-    at = TIP * k
-    soft, entries = p[at + 2 * n], p[at + 2 * n + 1 :]
+    shared = p[TIP * k :]
+    centre, weights, soft = shared[:n], shared[n : 2 * n], shared[2 * n]
+    A = _rows(structure.row_pattern, shared[2 * n + 1 :])
     h = ca.SX(0, 1) if structure.extra is None else structure.extra.symbolic(q)
-    A = _rows(structure.row_pattern, entries)
     factor = ca.SX.sym("lam_f")
     multipliers = ca.SX.sym("lam_g", CONDITION * k + A.shape[0] + h.numel())
-    cost = rest_cost(q, p[at : at + n], p[at + n : at + 2 * n])
-    curved = ca.hessian(ca.dot(multipliers[CONDITION * k + A.shape[0] :], h), q)[0]
-    g, jacobian, diagonal = [], [], []
-    f_auxiliary, gradient_auxiliary = ca.SX(0), []
+    away = q - centre
+    f, gradient = ca.dot(weights, away * away), 2 * weights * away
+    hessian = 2 * factor * ca.diag(weights)
+    hessian += ca.hessian(ca.dot(multipliers[CONDITION * k + A.shape[0] :], h), q)[0]
+    g, jacobian, by_auxiliary, diagonal = [], [], [], []
     for tip, chain in enumerate(structure.chains):
-        block = p[TIP * tip : TIP * (tip + 1)]
+        block, us = p[TIP * tip : TIP * (tip + 1)], auxiliary[6 * tip : 6 * (tip + 1)]
+        u, s, radius, pull = us[:3], us[3:], block[19], block[20:]
         y = multipliers[CONDITION * tip : CONDITION * (tip + 1)]
-        u, s = uv[6 * tip : 6 * tip + 3], uv[6 * tip + 3 : 6 * tip + 6]
-        tip_cost, errors = _tip(chain, n, q, block, y[:3])
-        cost = cost + tip_cost
-        curved += errors.bend
-        g += [errors.value - block[19] * u - s, ca.sumsqr(u)]
-        jacobian += _condition_jacobian(errors, u, block[19], tip, k)
-        pull = block[20:23]
-        f_auxiliary += ca.dot(pull, s) + soft * ca.sumsqr(s)
-        gradient_auxiliary += [ca.SX.zeros(3), pull + 2 * soft * s]
+        part = _tip(chain, q, block, factor, y[:3])
+        f += part.cost + ca.dot(pull, s) + soft * ca.sumsqr(s)
+        gradient += part.gradient
+        hessian += part.hessian
+        g += [part.error - radius * u - s, ca.sumsqr(u)]
+        jacobian += _condition_jacobian(part.jacobian, u, radius, tip, k)
+        by_auxiliary += [ca.SX.zeros(3), pull + 2 * soft * s]
         diagonal += [2 * y[3]] * 3 + [2 * soft * factor] * 3
-    linear = ca.horzcat(A, ca.SX(A.shape[0], 6 * k))
-    bent = ca.horzcat(ca.jacobian(h, q), ca.SX(h.numel(), 6 * k))
+    without = 6 * k
+    linear = ca.horzcat(A, ca.SX(A.shape[0], without))
+    bent = ca.horzcat(ca.jacobian(h, q), ca.SX(h.numel(), without))
     return Program(
-        z=ca.vertcat(q, uv),
+        z=ca.vertcat(q, auxiliary),
         p=p,
-        f=cost.value + f_auxiliary,
-        gradient=ca.vertcat(cost.gradient, *gradient_auxiliary),
+        f=f,
+        gradient=ca.vertcat(gradient, *by_auxiliary),
         g=ca.vertcat(*g, A @ q, h),
         jacobian=ca.vertcat(*jacobian, linear, bent),
         factor=factor,
         multipliers=multipliers,
-        hessian=ca.diagcat(factor * cost.hessian + curved, ca.diag(ca.vertcat(*diagonal))),
+        hessian=ca.diagcat(hessian, ca.diag(ca.vertcat(*diagonal))),
     )
 
 
 def _tip(
-    chain: tuple[ChainElement, ...], n: int, q: ca.SX, block: ca.SX, y: ca.SX
-) -> tuple[Terms, Errors]:
-    """One tip's part of the cost, and the error that its condition is about."""
-    chain_at = symbolic_chain(chain, n, q, offset_m=block[12:15])
-    x_desired, R_desired = block[:3], ca.reshape(block[3:12], 3, 3)
-    distance = squared_distance(chain_at, x_desired).times(block[15])
-    turn = orientation_cost(chain_at, R_desired).times(block[16])
-    x = position_error(chain_at, x_desired, y).times(block[17])
-    v = orientation_error(chain_at, R_desired, y).times(block[18])
-    return distance + turn, x + v
+    chain: tuple[ChainElement, ...], q: ca.SX, block: ca.SX, factor: ca.SX, y: ca.SX
+) -> _TipPart:
+    a, b, c, d = ca.vertsplit(block[15:19])
+    s = symbolic_chain(chain, q.numel(), q, offset_m=block[12:15])
+    x = position_error(s, block[:3], factor * a, c * y)
+    e = orientation_error(s, ca.reshape(block[3:12], 3, 3), factor * b, d * y)
+    return _TipPart(
+        cost=a * x.squared + b * e.squared,
+        gradient=a * x.gradient + b * e.gradient,
+        error=c * x.vector + d * e.vector,
+        jacobian=c * x.jacobian + d * e.jacobian,
+        hessian=x.hessian + e.hessian,
+    )
 
 
-def _condition_jacobian(errors: Errors, u: ca.SX, radius: ca.SX, tip: int, k: int) -> list[ca.SX]:
-    n = errors.jacobian.shape[1]
+def _condition_jacobian(error: ca.SX, u: ca.SX, radius: ca.SX, tip: int, k: int) -> list[ca.SX]:
+    """Rows of a tip's three equations and of its |u|^2, by z."""
     before, after = ca.SX(3, 6 * tip), ca.SX(3, 6 * (k - tip - 1))
-    equations = ca.horzcat(errors.jacobian, before, -radius * ca.SX.eye(3), -ca.SX.eye(3), after)
-    ball = ca.horzcat(ca.SX(1, n), before[0, :], 2 * u.T, ca.SX(1, 3), after[0, :])
+    equations = ca.horzcat(error, before, -radius * ca.SX.eye(3), -ca.SX.eye(3), after)
+    ball = ca.horzcat(ca.SX(1, error.shape[1]), before[0, :], 2 * u.T, ca.SX(1, 3), after[0, :])
     return [equations, ball]
 
 

@@ -17,7 +17,11 @@ Option: TypeAlias = "bool | int | float | str | ca.Function | Mapping[str, Optio
 
 NAME = "program"
 REVERSE = f"adj1_{NAME}"  # CasADi's name for the gradient of a weighted sum of the results
-Z, P, FACTOR, MULTIPLIERS, DIRECTIONS = 0, 1, 4, 5, 8  # arguments of it, and of its derivative
+Z, P, FACTOR, MULTIPLIERS = 0, 1, 4, 5  # its arguments
+HESSIAN_ALONG = 8  # argument of its derivative: directions, side by side
+JACOBIAN_ALONG = 4  # argument of the derivative of the program
+
+Arguments = dict[int, ca.SX]
 
 
 class WrittenFunction:
@@ -29,47 +33,65 @@ class WrittenFunction:
         self.function = _wrapped(_called(program, cache))
 
     def _derivatives(self, program: Program) -> dict[str, ca.Function]:
-        """Gradient and Hessian in the form, and of the names, that CasADi has for its own."""
+        """In the form, and of the names, that CasADi has for its own."""
         plain = _called(program, {})
-        hessian = _wrapped(plain).factory(
-            "hessian",
-            ["x", "p", "lam:f", "lam:g"],
-            ["grad:gamma:x", "hess:gamma:x:x"],
-            {"gamma": ["f", "g"]},
-        )
-        own = plain.cache().get(REVERSE)
-        if own is None:
-            return {}
-        along: dict[str, ca.Function] = {}
+        self._kept = _first_and_second(_wrapped(plain))
+        own: dict[str, ca.Function] = plain.cache()
+        at: Arguments = {Z: program.z, P: program.p}
+        cache: dict[str, ca.Function] = {}
+        for name in own.keys() - {REVERSE}:
+            directions = _directions(own[name], JACOBIAN_ALONG)
+            results = [program.gradient.T @ directions, program.jacobian @ directions]
+            cache[name] = _like(own[name], at | {JACOBIAN_ALONG: directions}, results)
+        if REVERSE in own:
+            cache[REVERSE] = self._reverse(own[REVERSE], program, at)
+        self._kept += cache.values()
+        return cache
+
+    def _reverse(self, own: ca.Function, program: Program, at: Arguments) -> ca.Function:
+        at = at | {FACTOR: program.factor, MULTIPLIERS: program.multipliers}
+        cache: dict[str, ca.Function] = {}
         for name, like in own.cache().items():
-            directions = ca.SX.sym("directions", *like.size_in(DIRECTIONS))
-            along[name] = _like(like, program, program.hessian @ directions, directions)
+            directions = _directions(like, HESSIAN_ALONG)
+            result = program.hessian @ directions
+            cache[name] = _like(like, at | {HESSIAN_ALONG: directions}, [result])
+        self._kept += cache.values()
         gradient = program.factor * program.gradient + program.jacobian.T @ program.multipliers
-        reverse = _like(own, program, gradient, None, along)
-        self._kept = [hessian, *along.values(), reverse]
-        return {REVERSE: reverse}
+        return _like(own, at, [gradient], cache)
+
+
+def _first_and_second(wrapped: ca.Function) -> list[ca.Function]:
+    """The derivatives that a solver will ask for, as CasADi makes them."""
+    hessian = wrapped.factory(
+        "hessian",
+        ["x", "p", "lam:f", "lam:g"],
+        ["grad:gamma:x", "hess:gamma:x:x"],
+        {"gamma": ["f", "g"]},
+    )
+    return [hessian, wrapped.factory("jacobian", ["x", "p"], ["g", "jac:g:x"])]
+
+
+def _directions(model: ca.Function, argument: int) -> ca.SX:
+    return ca.SX.sym("directions", *model.size_in(argument))
 
 
 def _like(
     model: ca.Function,
-    program: Program,
-    result: ca.SX,
-    directions: ca.SX | None,
+    known: Arguments,
+    results: list[ca.SX],
     cache: Mapping[str, ca.Function] | None = None,
 ) -> ca.Function:
-    """A function of the model's form with another first result, the derivative by z.
+    """A function of the model's form with other first results; the derivatives by p are zero.
 
-    That by p, which no solver needs, is zero.
+    No solver needs these.
     """
-    arguments = [ca.SX.sym(model.name_in(i), model.sparsity_in(i)) for i in range(model.n_in())]
-    arguments[Z], arguments[P] = program.z, program.p
-    arguments[FACTOR], arguments[MULTIPLIERS] = program.factor, program.multipliers
-    if directions is not None:
-        arguments[DIRECTIONS] = directions
-    results = [ca.densify(result), ca.SX.zeros(*model.size_out(1))]
+    given = [ca.SX.sym(model.name_in(i), model.sparsity_in(i)) for i in range(model.n_in())]
+    for argument, symbol in known.items():
+        given[argument] = symbol
+    found = [ca.densify(result) for result in results]
+    found += [ca.SX.zeros(*model.size_out(i)) for i in range(len(found), model.n_out())]
     options: dict[str, Option] = {"never_inline": True, "cache": cache or {}}
-    names = model.name_in(), model.name_out()
-    return ca.Function(model.name(), arguments, results, *names, options)
+    return ca.Function(model.name(), given, found, model.name_in(), model.name_out(), options)
 
 
 def _called(program: Program, cache: Mapping[str, ca.Function]) -> ca.Function:
