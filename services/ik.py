@@ -14,6 +14,7 @@ that those are answered in time. Nothing that is asked moves the robot.
 import logging
 from collections import deque
 
+from dforc.errors import DforcError
 from services.config import load_robot
 from services.core.errors import ConfigError
 from services.core.live import Context, run_process
@@ -113,10 +114,13 @@ class Ik(Service):
             limb = self._limb(request.limb)
             job = IkJob(limb, request, limb.measured(inputs), self._requests, now_ns)
         except ConfigError as error:
-            self._requests.refused += 1
-            outputs.reply(IK_CALL, token, IkReply(ok=False, reason=str(error)))
+            self._refuse_request(token, str(error), outputs)
             return
         self._jobs.append((token, job))
+
+    def _refuse_request(self, token: int, reason: str, outputs: Outputs) -> None:
+        self._requests.refused += 1
+        outputs.reply(IK_CALL, token, IkReply(ok=False, reason=reason))
 
     def _work(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
         """Solve poses of the requests, the first come first, as many as this step may."""
@@ -127,7 +131,12 @@ class Ik(Service):
             left_ms = float("inf")  # no step would come to go on in
         while self._jobs and left_ms > 0.0:
             token, job = self._jobs[0]
-            left_ms -= job.advance()
+            try:
+                left_ms -= job.advance()
+            except DforcError as error:
+                self._jobs.popleft()
+                self._refuse_request(token, str(error), outputs)
+                continue
             if not job.waiting:
                 self._jobs.popleft()
                 outputs.reply(IK_CALL, token, job.reply(now_ns))

@@ -16,6 +16,7 @@ from services.reaching.ik_targets import Targets, pose_targets
 from services.reaching.messages import IkAnswer, IkReply, IkRequest
 
 MOST_POSES = 5000
+FARTHEST_RAD = 100.0  # no joint turns so far
 CALL_MS = 0.2  # of one search beside its iterations
 TURNED_RAD = math.radians(2.0)  # less than this off counts as the orientation that was asked for
 PLACED_M = 1e-3
@@ -58,7 +59,11 @@ class IkJob:
         return len(self._targets) - len(self._answers)
 
     def advance(self) -> float:
-        """Solve the next pose; what that took, in ms by its iterations."""
+        """Solve the next pose; what that took, in ms by its iterations.
+
+        Raises:
+            DforcError: numbers beyond all reckoning, which no check has found.
+        """
         targets = self._targets[len(self._answers)]
         begin = self._from if self._request.warm else self._start
         result = self._inverse.solve(targets, begin, budget=self._budget)
@@ -150,6 +155,8 @@ def _start(start_rad: Floats, problem: IkProblem, measured: Vector | None) -> Ve
         raise ConfigError("the measured posture is not known; give one to start from")
     try:
         start = finite_vector("start", given, problem.n)
+        if np.abs(start).max() > FARTHEST_RAD:
+            raise ConfigError(f"start: a joint at more than {FARTHEST_RAD:g} rad")
+        return problem.limits.project(start) if problem.limits.violation(start) > 0.0 else start
     except DforcError as error:
         raise ConfigError(str(error)) from error
-    return problem.limits.project(start) if problem.limits.violation(start) > 0.0 else start

@@ -9,6 +9,7 @@ from dforc.limits import JointLimits
 from services.core.errors import ConfigError
 from services.reaching.messages import LimbSetup
 
+FARTHEST_M = 10.0  # no tool is longer
 PER_JOINT = ("free", "rest_rad", "rest_weights", "lower_rad", "upper_rad")
 
 
@@ -25,6 +26,8 @@ def apply_setup(problem: IkProblem, setup: LimbSetup) -> IkProblem:
     if setup.tip_offsets and len(setup.tip_offsets) != len(problem.tips):
         given = len(setup.tip_offsets)
         raise ConfigError(f"{given} tip offsets; the limb has {len(problem.tips)} tips")
+    if any(not abs(x) <= FARTHEST_M for offset in setup.tip_offsets for x in offset.position_m):
+        raise ConfigError(f"a tip offset of more than {FARTHEST_M:g} m")
     if setup.priority not in ("", *Priority):
         known = ", ".join(Priority)
         raise ConfigError(f"unknown priority {setup.priority!r}; known: {known}")

@@ -237,6 +237,7 @@ HERE = at(-0.3, 0.2, 0.05)
         (IkRequest(poses=(HERE,), limb="tail"), "unknown limb 'tail'; there are: right_arm"),
         (IkRequest(poses=(HERE,), start_rad=(0.0,) * 9), "start has shape (9,), expected (10,)"),
         (IkRequest(poses=(HERE,), start_rad=(NAN,) * 10), "start is not finite"),
+        (IkRequest(poses=(HERE,), start_rad=(1e100,) * 10), "start: a joint at more than 100 rad"),
         (IkRequest(poses=(HERE,), deadline_ms=-1.0), "a deadline of -1.0 ms"),
         (IkRequest(poses=(HERE,), deadline_ms=NAN), "a deadline of nan ms"),
         (

@@ -17,6 +17,8 @@ from services.reaching.limb_setup import apply_setup
 from services.reaching.messages import LimbSetup, TipOffset
 from services.robotfile.robot_tables import RobotFile
 
+FAR = TipOffset(position_m=(0.0, 1e9, 0.0))
+NONE = TipOffset(position_m=(0.0, float("nan"), 0.0))
 HOME_DEG = [0, 0, 0, -30, 30, 0, 45, 0, 0, 0]
 
 
@@ -135,6 +137,8 @@ def test_limits_of_a_setup_only_narrow(robot: RobotFile) -> None:
         (LimbSetup(limb="", lower_rad=(9.0,) * 10), "joint 0: lower limit 9.0 above upper"),
         (LimbSetup(limb="", upper_rad=(float("nan"),) * 10), "joint 0: lower limit"),
         (LimbSetup(limb="", tip_offsets=(TipOffset(),) * 2), "2 tip offsets; the limb has 1 tips"),
+        (LimbSetup(limb="", tip_offsets=(FAR,)), "a tip offset of more than 10 m"),
+        (LimbSetup(limb="", tip_offsets=(NONE,)), "a tip offset of more than 10 m"),
         (LimbSetup(limb="", priority="speed"), "unknown priority 'speed'; known: position, orien"),
         (LimbSetup(limb="", position_tolerance_m=-1.0), "position_tolerance_m must be a positive"),
         (LimbSetup(limb="", rest_beta=float("inf")), "beta must be a positive number"),
