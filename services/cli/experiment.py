@@ -1,4 +1,4 @@
-"""ulna experiment: figures and tables of the force control paper, made again, and its loops.
+"""ulna experiment: figures and tables of the papers, made again, and the loops on the boards.
 
 Each prints a table and what its numbers mean beside the paper's, and returns 0 when every bar
 holds. What needs a package or a recording that is not here says so, and how to get it.
@@ -16,6 +16,7 @@ from services.core.errors import ConfigError
 MOST_RUNS = 100
 Data = Annotated[Path | None, Parameter(name="--data")]
 Json = Annotated[Path | None, Parameter(name="--json")]
+Several = Annotated[tuple[str, ...], Parameter(negative="", show_default=False)]
 
 
 def force_table1(
@@ -161,6 +162,82 @@ def closed_loop(
     return experiment.closed_loop(robot=robot, seed=seed, short=short, json=json_file, plot=plot)
 
 
+def cartesian(
+    *,
+    robot: str = "icub:reach",
+    seed: int = 0,
+    runs: int = 3,
+    plant: Several = (),
+    controller: Several = (),
+    short: bool = False,
+    json_file: Json = None,
+    plot: Path = Path("cartesian.png"),
+) -> int:
+    """Cartesian controllers side by side: a pair of poses in turn, and a lemniscate.
+
+    This project's, iKin's law, VITE and damped least squares on the right hand, position and
+    orientation controlled, with and without the torso; on an ideal arm, on one that lags, and
+    through the emulated robot's boards and CAN frames in virtual time, with random reaches of both
+    hands. All of it takes about ten minutes, most of it for the boards.
+
+    Example: ulna experiment cartesian --plant ideal --plant lagged --plot paths.png
+
+    Args:
+        robot: name[:parts][@site] of a robot in robots/, or a robot file.
+        seed: of the first plant: masses and levers, sensor noise and offset.
+        runs: plants behind the boards, one after another, with the seeds that follow.
+        plant: ideal, lagged or boards; may be given several times. Default: all.
+        controller: ulna, reference, vite, vite-loop or dls; may be given several times.
+            Default: all.
+        short: with the torso only, fewer moves, a faster lemniscate and one plant.
+        json_file: write every value there.
+        plot: write the figure there.
+    """
+    _check(runs, json_file, plot)
+    from services.experiments import cartesian as experiment
+
+    return experiment.cartesian(
+        robot=robot,
+        seed=seed,
+        runs=runs,
+        plants=plant,
+        controllers=controller,
+        short=short,
+        json=json_file,
+        plot=plot,
+    )
+
+
+def ik(
+    *,
+    robot: str = "",
+    seed: int = 0,
+    short: bool = False,
+    json_file: Json = None,
+    plot: Path = Path("ik.png"),
+) -> int:
+    """Solvers of inverse kinematics side by side: how often each is right, and how quickly.
+
+    This project's three, stock IPOPT and fatrop, TRAC-IK, KDL, pink, mink and SciPy where they are
+    installed, on poses in reach, on orientations and on positions out of reach. What can at best be
+    reached is found by many starts of an independent solver: once, for some minutes.
+
+    Example: ulna experiment ik --short --plot solvers.png
+
+    Args:
+        robot: name[:parts][@site] of a robot in robots/, or a robot file. Default: the arm that the
+            published figures are of, for which alone there are bars.
+        seed: draws the poses.
+        short: fewer poses and starts.
+        json_file: write every value there.
+        plot: write time against success there.
+    """
+    _check(1, json_file, plot)
+    from services.experiments import ik as experiment
+
+    return experiment.ik(robot=robot, seed=seed, short=short, json=json_file, plot=plot)
+
+
 def _check(runs: int, *files: Path | None) -> None:
     if not 1 <= runs <= MOST_RUNS:
         raise ConfigError(f"--runs: {runs} is outside 1..{MOST_RUNS}")
@@ -178,4 +255,4 @@ def _check(runs: int, *files: Path | None) -> None:
             file.unlink()
 
 
-VERBS = (force_table1, force_fig5, force_fig6, force_fig7, closed_loop)
+VERBS = (force_table1, force_fig5, force_fig6, force_fig7, closed_loop, cartesian, ik)

@@ -1,22 +1,25 @@
 """What a motion of the hand is worth: against the straight line, minimum jerk, and its target.
 
-A minimum-jerk motion along the straight line, of the duration (and, behind a lag, the onset) that
-fits best, is what shape and jerk of a motion are measured by.
+A minimum-jerk motion along the straight line, of the onset and the duration that fit best, is what
+shape and jerk of a motion are measured by.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import minimize
+from scipy.signal import butter, filtfilt
+from scipy.spatial import KDTree
+from scipy.stats import t as student_t
 
 from dforc.arrays import Matrix, Vector
-from dforc.rotation import angle_between
 
 REACHED = 0.98  # of the way
-REFINEMENTS = 12
-GRID = 25
+COARSE = 12
+FITTED_POINTS = 250  # of a profile at most
 OPTIMAL_JERK = 720.0  # integral of the squared jerk of a minimum-jerk motion, times T^5 / L^2
-NORMAL_95 = 1.96
+CONFIDENCE = 0.95
 SHORTEST_WAY_M = 1e-9
 
 
@@ -31,7 +34,9 @@ class MoveFigures:
     overshoot: float  # beyond the goal, along the line
     t98_s: float  # since the goal jumped; inf when never
     peak_share: float  # when the hand is fastest, over t98
-    fitted_s: float  # duration of the minimum-jerk motion
+    onset_s: float  # of the minimum-jerk motion, since the goal jumped
+    fitted_s: float  # its duration
+    since_jump_s: float  # duration of the one that fits best among those that begin at the jump
     jerk: float  # integral of the squared jerk over the minimum-jerk motion's
 
 
@@ -52,7 +57,12 @@ def minimum_jerk(share_of_time: Vector) -> Vector:
 
 
 def judge_move(
-    positions_m: Matrix, start_m: Vector, goal_m: Vector, period_s: float
+    positions_m: Matrix,
+    start_m: Vector,
+    goal_m: Vector,
+    period_s: float,
+    *,
+    smoothed_hz: float | None = None,
 ) -> MoveFigures:
     """Figures of one move.
 
@@ -61,6 +71,8 @@ def judge_move(
         start_m: (3,) where the hand was at rest.
         goal_m: (3,).
         period_s: between two positions.
+        smoothed_hz: corner of a filter before the jerk is taken, against what a drive's ticks and
+            friction add to a motion; None: without.
     """
     way = goal_m - start_m
     distance = max(float(np.linalg.norm(way)), SHORTEST_WAY_M)
@@ -69,13 +81,13 @@ def judge_move(
     along: Vector = gone @ unit / distance
     across = np.linalg.norm(gone - np.outer(gone @ unit, unit), axis=1)
     at_s = np.arange(len(along), dtype=np.float64) * period_s
-    onset_s, fitted_s = _fitted(at_s, along)
+    onset_s, fitted_s = _fitted(at_s, along, latest_s=0.5 * float(at_s[-1]))
     ideal = minimum_jerk((at_s - onset_s) / fitted_s)
-    reached = np.flatnonzero(along >= REACHED)
-    t98_s = float(at_s[reached[0]]) if len(reached) else math.inf
+    t98_s = reached_s(along, period_s)
     within = at_s <= max(onset_s + fitted_s, min(t98_s, float(at_s[-1])))
     speeds = np.linalg.norm(np.diff(positions_m, axis=0), axis=1)
     peak_s = (float(np.argmax(speeds)) + 0.5) * period_s
+    smooth = positions_m if smoothed_hz is None else smoothed(positions_m, period_s, smoothed_hz)
     return MoveFigures(
         distance_m=distance,
         perpendicular=float(across.max()) / distance,
@@ -84,9 +96,29 @@ def judge_move(
         overshoot=max(0.0, float(along.max()) - 1.0),
         t98_s=t98_s,
         peak_share=peak_s / t98_s,
+        onset_s=onset_s,
         fitted_s=fitted_s,
-        jerk=squared_jerk(positions_m, period_s) * fitted_s**5 / (OPTIMAL_JERK * distance**2),
+        since_jump_s=_fitted(at_s, along, latest_s=0.0)[1],
+        jerk=squared_jerk(smooth, period_s) * fitted_s**5 / (OPTIMAL_JERK * distance**2),
     )
+
+
+def reached_s(along: Vector, period_s: float, share: float = REACHED) -> float:
+    """When a share of the way is behind the hand for the first time, between two instants."""
+    reached = np.flatnonzero(along >= share)
+    if not len(reached):
+        return math.inf
+    last = int(reached[0])
+    if last == 0:
+        return 0.0
+    before, after = float(along[last - 1]), float(along[last])
+    return period_s * (last - (after - share) / (after - before))
+
+
+def smoothed(positions_m: Matrix, period_s: float, corner_hz: float) -> Matrix:
+    """Positions (k, 3) through a filter of second order, there and back: nothing is shifted."""
+    b, a = butter(2, 2.0 * corner_hz * period_s)
+    return np.asarray(filtfilt(b, a, positions_m, axis=0), dtype=np.float64)
 
 
 def squared_jerk(positions_m: Matrix, period_s: float) -> float:
@@ -95,45 +127,35 @@ def squared_jerk(positions_m: Matrix, period_s: float) -> float:
     return float(np.square(np.diff(from_rest, 3, axis=0)).sum()) / period_s**5
 
 
-def _fitted(at_s: Vector, along: Vector) -> tuple[float, float]:
+def _fitted(at_s: Vector, along: Vector, *, latest_s: float) -> tuple[float, float]:
     """Onset and duration of the minimum-jerk motion next to a profile (least squares)."""
+    every = 1 + len(at_s) // FITTED_POINTS
+    at_s, along = at_s[::every], along[::every]
     last = float(at_s[-1])
-    least, most = np.array([0.0, 0.01 * last]), np.array([0.5 * last, last])
-    low, high = least, most
-    best = low
-    for _ in range(REFINEMENTS):
-        onsets, durations = np.linspace(low[0], high[0], GRID), np.linspace(low[1], high[1], GRID)
-        shares = (at_s - onsets[:, None, None]) / durations[None, :, None]
-        misfit = np.square(minimum_jerk(shares) - along).sum(axis=2)
-        i, j = np.unravel_index(int(np.argmin(misfit)), misfit.shape)
-        best = np.array([onsets[i], durations[j]])
-        room = (high - low) / (0.25 * GRID)
-        low, high = np.maximum(best - room, least), np.minimum(best + room, most)
+
+    def misfit(guess: Vector) -> float:
+        return float(np.square(minimum_jerk((at_s - guess[0]) / guess[1]) - along).sum())
+
+    onsets = np.linspace(0.0, latest_s, COARSE) if latest_s else np.zeros(1)
+    coarse = [np.array([a, b]) for a in onsets for b in np.linspace(last / COARSE, last, COARSE)]
+    bounds = [(0.0, latest_s), (0.01 * last, last)]
+    best = minimize(misfit, min(coarse, key=misfit), method="Nelder-Mead", bounds=bounds).x
     return float(best[0]), float(best[1])
 
 
-def tracking_errors(
-    positions_m: Matrix, rotations: Matrix, targets_m: Matrix, rotation: Matrix
-) -> tuple[Vector, Vector]:
-    """Distance (m) and angle (rad) of the hand (k, ...) from its target at every instant."""
-    distances: Vector = np.linalg.norm(positions_m - targets_m, axis=1)
-    angles = np.array([angle_between(R, rotation) for R in rotations])
-    return distances, angles
-
-
 def distances_to_curve(positions_m: Matrix, curve_m: Matrix) -> Vector:
-    """Distance (m) of each position from the nearest point of a closed curve (c, 3)."""
-    away = positions_m[:, None, :] - curve_m[None, :, :]
-    nearest: Vector = np.sqrt(np.square(away).sum(axis=2).min(axis=1))
-    return nearest
+    """Distance (m) of each position from the nearest point of a curve (c, 3)."""
+    nearest, _ = KDTree(curve_m).query(positions_m)
+    return np.asarray(nearest, dtype=np.float64)
 
 
 def estimate(values: list[float]) -> Estimate:
-    """Mean of repetitions, and how sure it is (normal approximation)."""
-    finite = [value for value in values if math.isfinite(value)]
-    if not finite or len(finite) < len(values):
-        return Estimate(mean=math.inf if values else math.nan, half_width=0.0, count=len(values))
-    mean = float(np.mean(finite))
-    spread = float(np.std(finite, ddof=1)) if len(finite) > 1 else 0.0
-    half = NORMAL_95 * spread / math.sqrt(len(finite))
-    return Estimate(mean=mean, half_width=half, count=len(finite))
+    """Mean of repetitions, and how sure it is (Student's t)."""
+    count = len(values)
+    if not count or not all(math.isfinite(value) for value in values):
+        return Estimate(mean=math.inf if count else math.nan, half_width=0.0, count=count)
+    if count == 1:
+        return Estimate(mean=values[0], half_width=0.0, count=1)
+    spread = float(np.std(values, ddof=1)) / math.sqrt(count)
+    quantile = float(student_t.ppf(0.5 + 0.5 * CONFIDENCE, count - 1))
+    return Estimate(mean=float(np.mean(values)), half_width=quantile * spread, count=count)

@@ -7,7 +7,7 @@ import pytest
 from services.cli.experiment import VERBS
 from services.cli.main import main
 
-NAMES = ("force-table1", "force-fig5", "force-fig6", "force-fig7", "closed-loop")
+NAMES = ("force-table1", "force-fig5", "force-fig6", "force-fig7", "closed-loop", "cartesian")
 
 
 def test_help_lists_every_experiment(capsys: pytest.CaptureFixture[str]) -> None:
@@ -40,6 +40,9 @@ def test_help_of_each_ends_with_its_options_and_shows_an_example(
         (["force-fig5", "--limb", "tail"], "--limb tail: no force/torque sensor"),
         (["force-fig5", "--plot", "/nowhere/a.png"], "there is no folder /nowhere"),
         (["closed-loop", "--robot", "coman"], "known robots: icub"),
+        (["cartesian", "--plant", "gantry"], "--plant gantry: there are: ideal, lagged, boards"),
+        (["cartesian", "--controller", "pid"], "there are: ulna, reference, vite, vite-loop, dls"),
+        (["cartesian", "--robot", "icub:head"], "right_arm"),
         (["force-fig6", "--runs", "101"], "--runs: 101 is outside 1..100"),
         (["force-fig7", "--data", "nowhere.tgz"], "there is no file nowhere.tgz; --data FILE"),
     ],
