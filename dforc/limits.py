@@ -65,8 +65,8 @@ class JointLimits:
 
     def violation(self, q_rad: Vector) -> float:
         """Largest distance outside any limit or row; negative when inside all of them."""
-        values = self.C @ q_rad
-        return max(float((self.lower - values).max()), float((values - self.upper).max()))
+        values = self.C.dot(q_rad)
+        return float(np.maximum(self.lower - values, values - self.upper).max())
 
     def project(self, q_rad: Vector) -> Vector:
         """The nearest posture (least squares) inside all limits and rows (rows to 1e-9)."""

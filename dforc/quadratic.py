@@ -33,7 +33,8 @@ def minimise(H: Matrix, g: Vector, C: Matrix, lower: Vector, upper: Vector) -> V
         raise NoSolutionError("the constraints exclude each other")
     if count < 0:
         raise NoSolutionError("no minimum: the cost is not convex, or the limits do not settle")
-    return room[0].copy()
+    x: Vector = room[0].copy()
+    return x
 
 
 def _plain(values: Matrix) -> Matrix:

@@ -249,6 +249,4 @@ def solve_quadratic(
     L, J, R = room[7 : 7 + n], room[7 + n : 7 + 2 * n], room[7 + 2 * n : 7 + 3 * n]
     if not factorise(H, n, 0.0, L):
         return UNSETTLED
-    return solve_factorised(
-        L, g, C, lower, upper, n, room[0], J, R, room[1:4], room[4:7]
-    )
+    return solve_factorised(L, g, C, lower, upper, n, room[0], J, R, room[1:4], room[4:7])

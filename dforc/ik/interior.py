@@ -35,7 +35,8 @@ from dforc.symbolic.program import (
     reaching_program,
 )
 
-SOFT = 1e4  # 1/m^2, 1/rad^2: ends within 0.1 mm of the smallest distance
+# Of the slack, 1/m^2 and 1/rad^2: a position ends within 0.1 mm of the smallest distance.
+SOFT = {Priority.POSITION: 1e4, Priority.ORIENTATION: 1e3}
 INSIDE_SHARE = 0.95  # of the tolerance: what the slack is left with in most searches
 CLOSE = 0.02  # m, rad of slack that may still go away
 ROUNDS = 3  # of taking it away
@@ -92,7 +93,8 @@ class InteriorSolver:
         region = _region(problem, targets, bounds)
         tips = [_tip(problem, *pair) for pair in zip(problem.tips, targets, strict=True)]
         rows = problem.limits.rows[built.structure.row_pattern]
-        shared = np.concatenate([*_posture(problem, q_start, proximal), [SOFT], rows])
+        soft = SOFT[problem.priority]
+        shared = np.concatenate([*_posture(problem, q_start, proximal), [soft], rows])
         start = Start.ANYWHERE if proximal == 0.0 else Start.NEAR
         best = Ending(np.concatenate([q_start, np.zeros(6 * len(tips))]), False, 0)
         used, error = 0, math.inf
@@ -111,7 +113,7 @@ class InteriorSolver:
             if error <= 1.0 or error > HALVED * before or np.abs(slack).max() > CLOSE:
                 break
             tips = [
-                replace(tip, pull=tip.pull + 2.0 * SOFT * left)
+                replace(tip, pull=tip.pull + 2.0 * soft * left)
                 for tip, left in zip(tips, slack, strict=True)
             ]
             start = Start.AT_AN_ANSWER

@@ -7,7 +7,7 @@ posture to a pose that is out of reach, or, out of time, the posture where the s
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 import numpy as np
@@ -28,7 +28,7 @@ ROW_MARGIN_RAD = 1e-7  # rows are kept this far inside, so that rounding never c
 KEPT = 1e-6  # by which an answer may miss rows and extra constraints, and not more
 ROUNDING = 1e-3  # share of a tolerance
 AT_BOUND_RAD = 1e-9
-GOOD_RAD = math.radians(2.0)  # an orientation missed by more is worth other starts
+FAR_RAD = 0.5  # from the rest posture, on average: what costs more is worth other starts
 
 
 class IkStatus(StrEnum):
@@ -75,6 +75,7 @@ class InverseKinematics:
         margin[: limits.n] = 0.0
         self._lower = constant(limits.lower + margin)
         self._upper = constant(limits.upper - margin)
+        self._is_free = bool(problem.free.all())
 
     def solve(
         self,
@@ -93,8 +94,8 @@ class InverseKinematics:
                 the limits if it is outside.
             step_limit_rad: largest change of each joint against it (scalar or (n,)).
             budget: iterations at most.
-            starts: postures to begin from, at most. The others are tried where the first one ends
-                beside the pose, and the best answer counts.
+            starts: postures to begin from, at most. The others are tried where the first answer
+                costs much or is none, and the best one counts.
 
         Raises:
             NotFiniteError, ShapeError: what is no pose or no posture.
@@ -139,17 +140,26 @@ class InverseKinematics:
         n = problem.n
         if len(targets) != len(problem.tips):
             raise ShapeError(f"{len(targets)} targets for {len(problem.tips)} tips")
-        asked = [None if t is None else TipTarget.checked(t.position_m, t.rotation) for t in targets]
+        asked = [
+            None if t is None else TipTarget.checked(t.position_m, t.rotation) for t in targets
+        ]
         q_start = finite_vector("start posture", q_start_rad, n)
-        step = np.asarray(step_limit_rad, dtype=np.float64)
-        if not (step >= 0.0).all():  # also catches NaN
-            raise NotFiniteError(f"joint step must be >= 0, not {step.tolist()}")
+        step: float | Vector
+        if isinstance(step_limit_rad, float):
+            step = step_limit_rad
+            wrong = not step >= 0.0  # also catches NaN
+        else:
+            step = np.asarray(step_limit_rad, dtype=np.float64)
+            wrong = not (step >= 0.0).all()
+        if wrong:
+            raise NotFiniteError(f"joint step must be >= 0, not {step_limit_rad}")
         if problem.limits.violation(q_start) > 0.0:
             q_start = problem.limits.project(q_start)
-        step = np.where(problem.free, step, 0.0)
+        if not self._is_free:
+            step = np.where(problem.free, step, 0.0)
         lower, upper = self._lower.copy(), self._upper.copy()
-        lower[:n] = np.maximum(lower[:n], q_start - step)
-        upper[:n] = np.minimum(upper[:n], q_start + step)
+        np.maximum(lower[:n], q_start - step, out=lower[:n])
+        np.minimum(upper[:n], q_start + step, out=upper[:n])
         return asked, q_start, SearchBounds(lower, upper)
 
     def _checked(
@@ -160,34 +170,18 @@ class InverseKinematics:
         raw: RawAnswer,
     ) -> IkResult:
         """The answer as the caller may use it, with its true errors."""
-        problem, n = self._problem, self._problem.n
-        q, solved, why = raw.q, raw.solved, ""
-        if not solved:
-            why = f"no answer within {raw.iterations} iterations"
-        elif not np.isfinite(q).all():
-            solved, why = False, "the solver's answer is not finite"
-        else:
-            q = np.minimum(np.maximum(q, bounds.lower[:n]), bounds.upper[:n])
-            outside = problem.limits.violation(q)
-            if problem.extra is not None:
-                outside = max(outside, -float(problem.extra.evaluate(q)[0].min(initial=np.inf)))
-            if outside > KEPT:
-                solved, why = False, f"the solver's answer is {outside:.1e} outside a limit"
+        q, why = self._kept(bounds, raw)
+        solved = not why
         if not solved:
             q = q_start.copy()
         errors, position_m, angle_rad, objective = self._errors(targets, q)
-        status = IkStatus.CONVERGED
-        if not solved:
-            status = IkStatus.OUT_OF_TIME
-        elif problem.priority is Priority.POSITION:
-            if position_m > problem.position_tolerance_m * (1.0 + ROUNDING):
-                status, why = IkStatus.INFEASIBLE, f"nearest position is {position_m:.2g} m away"
-        elif angle_rad > problem.orientation_tolerance_rad * (1.0 + ROUNDING):
-            status = IkStatus.INFEASIBLE
-            why = f"nearest orientation is {math.degrees(angle_rad):.2g} deg away"
         limited = self._is_confined(q, bounds)
-        if limited and status is IkStatus.INFEASIBLE:
-            why += " within this step"
+        status = IkStatus.CONVERGED if solved else IkStatus.OUT_OF_TIME
+        if solved:
+            why = self._shortfall(position_m, angle_rad)
+            if why:
+                status = IkStatus.INFEASIBLE
+                why += " within this step" if limited else ""
         return IkResult(
             q_rad=constant(q),
             status=status,
@@ -199,6 +193,31 @@ class InverseKinematics:
             step_limited=limited,
             reason=why,
         )
+
+    def _kept(self, bounds: SearchBounds, raw: RawAnswer) -> tuple[Vector, str]:
+        """The solver's answer inside the bounds, and why it is none (empty if it is one)."""
+        problem, n = self._problem, self._problem.n
+        if not raw.solved:
+            return raw.q, f"no answer within {raw.iterations} iterations"
+        if not math.isfinite(raw.q.dot(raw.q)):
+            return raw.q, "the solver's answer is not finite"
+        q: Vector = np.minimum(np.maximum(raw.q, bounds.lower[:n]), bounds.upper[:n])
+        outside = problem.limits.violation(q)
+        if problem.extra is not None:
+            outside = max(outside, -float(problem.extra.evaluate(q)[0].min(initial=np.inf)))
+        if outside > KEPT:
+            return q, f"the solver's answer is {outside:.1e} outside a limit"
+        return q, ""
+
+    def _shortfall(self, position_m: float, angle_rad: float) -> str:
+        """By how much the condition is missed, in words; empty if it is kept."""
+        problem = self._problem
+        if problem.priority is Priority.POSITION:
+            if position_m > problem.position_tolerance_m * (1.0 + ROUNDING):
+                return f"nearest position is {position_m:.2g} m away"
+        elif angle_rad > problem.orientation_tolerance_rad * (1.0 + ROUNDING):
+            return f"nearest orientation is {math.degrees(angle_rad):.2g} deg away"
+        return ""
 
     def _errors(
         self, targets: Sequence[TipTarget | None], q: Vector
@@ -229,17 +248,21 @@ class InverseKinematics:
     def _is_confined(self, q: Vector, bounds: SearchBounds) -> bool:
         """Whether a free joint ended where this search's step ends, inside its own limits."""
         limits, n = self._problem.limits, self._problem.n
-        lower, upper = bounds.lower[:n], bounds.upper[:n]
-        below = (q - lower < AT_BOUND_RAD) & (lower > limits.lower_rad + AT_BOUND_RAD)
-        above = (upper - q < AT_BOUND_RAD) & (upper < limits.upper_rad - AT_BOUND_RAD)
+        below = q - bounds.lower[:n] < AT_BOUND_RAD
+        above = bounds.upper[:n] - q < AT_BOUND_RAD
+        if not (below.any() or above.any()):
+            return False
+        below &= bounds.lower[:n] > limits.lower_rad + AT_BOUND_RAD
+        above &= bounds.upper[:n] < limits.upper_rad - AT_BOUND_RAD
         return bool(((below | above) & self._problem.free).any())
 
     def _is_good(self, result: IkResult) -> bool:
+        """Whether other starts are not worth their time."""
         if result.status is not IkStatus.CONVERGED:
             return False
-        if self._problem.priority is Priority.ORIENTATION:
-            return result.position_error_m < self._problem.position_tolerance_m
-        return result.orientation_error_rad < GOOD_RAD
+        problem = self._problem
+        weights = float(problem.rest_weights @ problem.free)
+        return result.objective < problem.beta * weights * FAR_RAD * FAR_RAD
 
 
 def _better(a: IkResult, b: IkResult, problem: IkProblem) -> IkResult:
@@ -261,6 +284,4 @@ def _better(a: IkResult, b: IkResult, problem: IkProblem) -> IkResult:
 def _counted(result: IkResult, iterations: int) -> IkResult:
     if result.iterations == iterations:
         return result
-    from dataclasses import replace
-
     return replace(result, iterations=iterations)

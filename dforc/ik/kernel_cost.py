@@ -33,7 +33,7 @@ class Chains(NamedTuple):
     """The chains of all tips, padded to the longest."""
 
     counts: Indices  # (t,) joints of each
-    joints: Matrix  # (t, k) int64
+    joints: Roles  # (t, k)
     turns: Cube  # (t, k + 1, 9)
     places: Cube  # (t, k + 1, 3)
 
@@ -46,6 +46,7 @@ class Goal(NamedTuple):
     roles: Roles  # (t, 2)
     weights: Vector  # (2,) of a cost
     radii: Vector  # (2,) of a condition, m and rad
+    nearest: Vector  # (2,) of a condition that is given up
     rest: Vector  # (n,)
     stiffness: Vector  # (n,), beta W
     start: Vector  # (n,)
@@ -87,12 +88,13 @@ def residual(
     for i in range(3):
         for j in range(3):
             m[i, j] = R[i, 0] * D[3 * j] + R[i, 1] * D[3 * j + 1] + R[i, 2] * D[3 * j + 2]
-    return rotation_vector(m, e)
+    factors: tuple[float, float] = rotation_vector(m, e)
+    return factors
 
 
 @compiled
 def rotation_vector(m: Matrix, e: Vector) -> tuple[float, float]:
-    """e of a rotation matrix; k and b of its Jl^-1."""
+    """E of a rotation matrix; k and b of its Jl^-1."""
     a, b, c = 0.5 * (m[2, 1] - m[1, 2]), 0.5 * (m[0, 2] - m[2, 0]), 0.5 * (m[1, 0] - m[0, 1])
     sine = math.sqrt(a * a + b * b + c * c)
     cosine = 0.5 * (m[0, 0] + m[1, 1] + m[2, 2] - 1.0)
@@ -128,7 +130,7 @@ def pulled(
         for i in range(3):
             v[i], s[i] = 2.0 * weight * r[i], 0.0
         pull[2, 0], pull[2, 1] = 2.0 * weight, 0.0
-        return weight * (r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
+        return weight * float(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
     square = 0.0
     for i in range(3):
         s[i] = r[i] + y[i] / rho
@@ -137,7 +139,7 @@ def pulled(
         for i in range(3):
             v[i] = rho * s[i]
         pull[2, 0], pull[2, 1] = rho, 0.0
-        return 0.5 * rho * square
+        return 0.5 * rho * float(square)
     length = math.sqrt(square)
     if role == IGNORED or length <= radius:
         for i in range(3):
@@ -159,6 +161,19 @@ def posture_cost(q: Vector, goal: Goal) -> float:
         away, moved = q[i] - goal.rest[i], q[i] - goal.start[i]
         value += goal.stiffness[i] * away * away + goal.proximal[0] * moved * moved
     return value
+
+
+@compiled
+def bend_posture(q: Vector, goal: Goal, free: Indices, g: Vector, H: Matrix, B: Matrix) -> None:
+    """Set gradient and Hessian to those of `posture_cost`."""
+    for i in range(len(free)):
+        joint = free[i]
+        weight, near = goal.stiffness[joint], goal.proximal[0]
+        away, moved = q[joint] - goal.rest[joint], q[joint] - goal.start[joint]
+        g[i] = 2.0 * weight * away + 2.0 * near * moved
+        for j in range(i + 1):
+            H[i, j], B[i, j] = 0.0, 0.0
+        H[i, i] = 2.0 * (weight + near)
 
 
 @compiled
@@ -186,7 +201,7 @@ def cost(
 
 @compiled
 def through_rotation(e: Vector, k: float, b: float, v: Vector) -> None:
-    """v = Jl^-1(e)' v, in place."""
+    """V = Jl^-1(e)' v, in place."""
     along = b * (e[0] * v[0] + e[1] * v[1] + e[2] * v[2])
     x = k * v[0] + along * e[0] + 0.5 * (e[1] * v[2] - e[2] * v[1])
     y = k * v[1] + along * e[1] + 0.5 * (e[2] * v[0] - e[0] * v[2])
@@ -239,6 +254,18 @@ def bend(
 
 
 @compiled
+def reach(count: int, axes: Matrix, origins: Matrix, levers: Matrix) -> None:
+    """l_i = z_i x (p - o_i)."""
+    for i in range(count):
+        x = origins[count, 0] - origins[i, 0]
+        y = origins[count, 1] - origins[i, 1]
+        z = origins[count, 2] - origins[i, 2]
+        levers[i, 0] = axes[i, 1] * z - axes[i, 2] * y
+        levers[i, 1] = axes[i, 2] * x - axes[i, 0] * z
+        levers[i, 2] = axes[i, 0] * y - axes[i, 1] * x
+
+
+@compiled
 def expand(
     q: Vector,
     chains: Chains,
@@ -255,22 +282,17 @@ def expand(
 
     Args:
         q: posture (n,).
-        chains, goal, multipliers, geometry: as above.
+        chains: of all tips.
+        goal: what the cost is of.
+        multipliers: of the conditions.
+        geometry: room; the residuals are left in it.
         free: the free joints (f,).
         slots: place of each joint among the free ones (n,), -1 for a blocked one.
         g: result (f,).
         H: result (f, f), the part that is never negative.
         B: result (f, f), the rest of the Hessian.
     """
-    for i in range(len(free)):
-        joint = free[i]
-        weight, near = goal.stiffness[joint], goal.proximal[0]
-        g[i] = 2.0 * weight * (q[joint] - goal.rest[joint]) + 2.0 * near * (
-            q[joint] - goal.start[joint]
-        )
-        for j in range(i + 1):
-            H[i, j], B[i, j] = 0.0, 0.0
-        H[i, i] = 2.0 * (weight + near)
+    bend_posture(q, goal, free, g, H, B)
     value = posture_cost(q, goal)
     for t in range(len(chains.counts)):
         if goal.roles[t, 0] == IGNORED and goal.roles[t, 1] == IGNORED:
@@ -296,16 +318,7 @@ def expand(
                 pull,
             )
             if part == 0:
-                tip = origins[count]
-                for i in range(count):
-                    rx, ry, rz = (
-                        tip[0] - origins[i, 0],
-                        tip[1] - origins[i, 1],
-                        tip[2] - origins[i, 2],
-                    )
-                    levers[i, 0] = axes[i, 1] * rz - axes[i, 2] * ry
-                    levers[i, 1] = axes[i, 2] * rx - axes[i, 0] * rz
-                    levers[i, 2] = axes[i, 0] * ry - axes[i, 1] * rx
+                reach(count, axes, origins, levers)
                 bend(chains, t, slots, levers, axes, pull, 1.0, g, H, B)
             else:
                 if goal.roles[t, 1] == COST:  # f'' through Jl^-1: exact, since v is along e

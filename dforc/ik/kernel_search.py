@@ -28,12 +28,12 @@ REACHED, NEAREST, STOPPED = 0, 1, 2  # how a search ended
 
 LARGEST_STEP_RAD = 0.6  # of a joint, per Newton step
 SHORT_RAD = 0.02  # steps this short update the multipliers
+NOISE_RAD = 1e-3  # a step this short that lowers no cost is at the limit of the arithmetic
 SETTLED_RAD = 1e-5  # the error left after a Newton step is its square
 AT_LIMIT_RAD = 1e-9
 KEPT_SHARE = 5e-4  # of the radius that a condition may be missed by
 STUCK_SHARE = 0.3  # a condition that an update does not bring below this share gives no way
 STIFFER = 10.0
-NEAREST_WEIGHTS = (1e5, 1e3)  # of position (1/m^2) and orientation on the way to the nearest one
 FIRST_RHO = (1e3, 1e2)
 SMALLEST_SHIFT, SHIFT_GROWTH, LARGEST_SHIFT = 1e-3, 4.0, 1e9
 HALVINGS = 14
@@ -207,7 +207,7 @@ def missed(goal: Goal, geometry: Geometry) -> float:
 
 @compiled
 def update(goal: Goal, multipliers: Multipliers, geometry: Geometry) -> None:
-    """y = rho (s - its projection into the ball), s = r + y / rho."""
+    """Y = rho (s - its projection into the ball), s = r + y / rho."""
     for t in range(len(goal.roles)):
         for part in range(2):
             if goal.roles[t, part] != CONDITION:
@@ -248,7 +248,7 @@ def relax(goal: Goal) -> None:
         for part in range(2):
             if goal.roles[t, part] == CONDITION:
                 goal.roles[t, part] = COST
-                goal.weights[part] = NEAREST_WEIGHTS[part]
+                goal.weights[part] = goal.nearest[part]
 
 
 @compiled
@@ -272,6 +272,18 @@ def stiffen(multipliers: Multipliers) -> None:
     """Weigh conditions more."""
     for part in range(2):
         multipliers.rho[part] *= STIFFER
+
+
+@compiled
+def press(goal: Goal, multipliers: Multipliers, geometry: Geometry, stuck: int) -> bool:
+    """Press on the conditions that are missed, or give them up; whether they are given up."""
+    if stuck > PATIENCE:
+        relax(goal)
+        return True
+    update(goal, multipliers, geometry)
+    if stuck > 0:
+        stiffen(multipliers)
+    return False
 
 
 @compiled
@@ -305,8 +317,10 @@ def search(
     """
     begin(limits, multipliers, room)
     f = len(limits.free)
-    before, stuck, shift = math.inf, 0, 0.0
-    ended, short, settled, gauss = REACHED, False, f == 0, True
+    if f == 0:
+        return NEAREST, 0
+    before, stuck, failed, shift = math.inf, 0, 0, 0.0
+    ended, short, settled, gauss = REACHED, False, False, True
     for iteration in range(budget):
         value = expand(
             q,
@@ -321,24 +335,18 @@ def search(
             room.B,
         )
         off = missed(goal, geometry)
-        if f == 0:
-            return (REACHED if off <= KEPT_SHARE else NEAREST), iteration + 1
-        if settled and off <= KEPT_SHARE:
-            if not use_radius or not widen(goal, multipliers):
+        kept = off <= KEPT_SHARE
+        if settled and kept:
+            if not (use_radius and widen(goal, multipliers)):
                 return ended, iteration + 1
             settled, before = False, math.inf
             continue
-        if (short or settled) and off > KEPT_SHARE:
+        if (short or settled) and not kept:
             short, settled = False, False
             stuck = stuck + 1 if off > STUCK_SHARE * before else 0
             before = off
-            if stuck > PATIENCE:
-                relax(goal)
+            if press(goal, multipliers, geometry, stuck):
                 ended = NEAREST
-            else:
-                update(goal, multipliers, geometry)
-                if stuck > 0:
-                    stiffen(multipliers)
             continue
         confine(q, limits, room)
         shift = newton_step(room, f, gauss, shift / (SHIFT_GROWTH * SHIFT_GROWTH))
@@ -347,9 +355,10 @@ def search(
         longest = finite_length(room.dq, f)
         settled = longest <= SETTLED_RAD
         share = walk(q, value, chains, goal, multipliers, geometry, limits, room)
-        if share < 1.0:
-            gauss = not gauss
-        if share == 0.0:
-            settled = True
+        gauss = gauss == (share == 1.0)
+        failed = failed + 1 if share == 0.0 else 0
+        settled = settled or (failed > 0 and longest <= NOISE_RAD)
+        if failed > 1 and not settled:  # the cost falls along neither step
+            return STOPPED, iteration + 1
         short = longest <= SHORT_RAD
     return STOPPED, budget

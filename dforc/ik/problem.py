@@ -46,6 +46,7 @@ class Tip:
     model: ChainKinematics  # over all joints of the problem
     offset_rotation: Matrix = field(default_factory=lambda: constant(np.eye(3)))
     offset_m: Vector = field(default_factory=lambda: constant(np.zeros(3)))
+    is_attached: bool = False  # whether there is an offset at all
 
     @property
     def n(self) -> int:
@@ -62,17 +63,20 @@ class Tip:
             self,
             offset_rotation=constant(checked_rotation(rotation)),
             offset_m=constant(finite_vector("tip offset", offset_m, 3)),
+            is_attached=True,
         )
 
     def pose(self, q_rad: Vector) -> tuple[Matrix, Vector]:
         """Rotation (3, 3) and position (3,), by the model's own kinematics."""
         R, p = self.model.tip_pose(q_rad)
+        if not self.is_attached:
+            return R, p
         return R @ self.offset_rotation, p + R @ self.offset_m
 
     def jacobian(self, q_rad: Vector) -> Matrix:
         """Geometric Jacobian (6, n), linear rows first."""
         J = self.model.tip_jacobian(q_rad)
-        if not self.offset_m.any():
+        if not self.is_attached:
             return J
         R, _ = self.model.tip_pose(q_rad)
         lever = R @ self.offset_m
@@ -108,7 +112,7 @@ class ExtraConstraints(Protocol):
     size: int  # m
 
     def evaluate(self, q_rad: Vector) -> tuple[Vector, Matrix]:
-        """h (m,) and its derivative dh/dq (m, n)."""
+        """H (m,) and its derivative dh/dq (m, n)."""
         ...
 
 

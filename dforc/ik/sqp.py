@@ -1,29 +1,26 @@
 """Sequential quadratic programming on eq. 11 with exact Hessians: the fastest solver, the default.
 
-The search itself is in kernel_search.py. Extra constraints enter by linear rows around the present
-posture, again and again until the posture stands.
+The search itself is in kernel_search.py; with constraints that are plugged in, in plugged.py.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-from dforc.arrays import Matrix, Vector
-from dforc.ik.kernel_chain import ChainArrays, chain_arrays
-from dforc.ik.kernel_cost import COST, CONDITION, IGNORED, Chains, Geometry, Goal, Multipliers
+from dforc.arrays import Vector
+from dforc.ik.kernel_chain import ChainArrays, Indices, chain_arrays
+from dforc.ik.kernel_cost import CONDITION, COST, IGNORED, Chains, Geometry, Goal, Multipliers
 from dforc.ik.kernel_search import STOPPED, Limits, Room, search
-from dforc.ik.problem import POSITION_WEIGHT, ExtraConstraints, IkProblem, Priority, Tip, TipTarget
+from dforc.ik.plugged import PluggedSearch
+from dforc.ik.problem import POSITION_WEIGHT, IkProblem, Priority, Tip, TipTarget
 from dforc.ik.solver import RawAnswer, SearchBounds
-from dforc.quadratic import NoSolutionError, minimise
 
 BLOCKED_RAD = 1e-12  # a joint with less room than this does not move
 INSIDE_SHARE = 0.999  # of the tolerance: for rounding
-ROUNDS = 30  # of linearised extra constraints
-EXTRA_STEP_RAD = 0.3  # of a joint, per round
-EXTRA_ALLOWED = 0.1  # by which a round may miss them, per square of its step
-SHORTER, LONGER = 0.3, 2.0  # next step, after one that missed and after one that did not
-EXTRA_KEPT = 1e-6
-STANDS_RAD = 1e-5
+# Of position (1/m^2) and orientation on the way to the nearest posture. Plugged-in constraints
+# press against it with a stiffness of their own, which must be the larger one.
+NEAREST_WEIGHTS = (1e5, 1e3)
+SOFTER_WEIGHTS = (2e3, 1e2)
 
 
 class Sqp:
@@ -36,6 +33,7 @@ class Sqp:
         self._goal: Goal
         self._multipliers: Multipliers
         self._geometry: Geometry
+        self._all: Indices
         self._rooms: dict[tuple[int, int], Room] = {}
 
     def solve(
@@ -52,87 +50,28 @@ class Sqp:
         goal = self._goal
         goal.start[:] = q_start
         goal.proximal[0] = proximal
-        if problem.extra is None:
-            return self._search(problem, targets, q_start, problem.limits.C, bounds, budget)
-        return self._around(problem, targets, q_start, bounds, budget, problem.extra)
-
-    def _search(
-        self,
-        problem: IkProblem,
-        targets: Sequence[TipTarget | None],
-        q_start: Vector,
-        C: Matrix,
-        bounds: SearchBounds,
-        budget: int,
-    ) -> RawAnswer:
         self._aim(problem, targets)
-        n = problem.n
-        free = np.flatnonzero(bounds.upper[:n] - bounds.lower[:n] > BLOCKED_RAD)
-        slots = np.full(n, -1, dtype=np.int64)
-        slots[free] = np.arange(len(free))
+        limits = self._limits(problem, bounds)
+        f = len(limits.free)
+        room = self._room(f, f + len(limits.C) - problem.n, problem.n)
         q = q_start.copy()
-        limits = Limits(C, bounds.lower, bounds.upper, free, slots)
-        room = self._room(len(free), len(free) + len(C) - n, n)
-        ended, iterations = search(
-            q,
-            self._chains,
-            self._goal,
-            limits,
-            self._multipliers,
-            self._geometry,
-            room,
-            budget,
-            self._goal.proximal[0] == 0.0,
-        )
+        tables = (self._multipliers, self._geometry, room)
+        if problem.extra is not None:
+            plugged = PluggedSearch(self._chains, goal, limits, *tables, problem.extra)
+            solved, iterations = plugged.run(q, budget)
+            return RawAnswer(q, iterations, solved)
+        ended, iterations = search(q, self._chains, goal, limits, *tables, budget, proximal == 0.0)
         return RawAnswer(q, iterations, ended != STOPPED)
 
-    def _around(
-        self,
-        problem: IkProblem,
-        targets: Sequence[TipTarget | None],
-        q_start: Vector,
-        bounds: SearchBounds,
-        budget: int,
-        extra: ExtraConstraints,
-    ) -> RawAnswer:
-        """Rounds of searches, each within the extra constraints as they are around its start."""
-        n, used, step = problem.n, 0, EXTRA_STEP_RAD
-        q, (h, J) = q_start, extra.evaluate(q_start)
-        before = np.zeros(n)
-        for _ in range(ROUNDS):
-            sizes = np.maximum(np.linalg.norm(J, axis=1), 1e-9)
-            rows = J / sizes[:, None]
-            C = np.vstack([problem.limits.C, rows])
-            lower = np.concatenate([bounds.lower, rows @ q - h / sizes])
-            upper = np.concatenate([bounds.upper, np.full(len(h), np.inf)])
-            lower[:n] = np.maximum(lower[:n], q - step)
-            upper[:n] = np.minimum(upper[:n], q + step)
-            try:
-                begin = q if (h >= 0.0).all() else minimise(np.eye(n), -q, C, lower, upper)
-            except NoSolutionError:
-                break
-            begin = np.minimum(np.maximum(begin, lower[:n]), upper[:n])
-            inside = SearchBounds(lower, upper)
-            answer = self._search(problem, targets, begin, C, inside, budget - used)
-            used += answer.iterations
-            if not answer.solved:
-                break
-            there = extra.evaluate(answer.q)
-            moved = float(np.abs(answer.q - q).max())
-            if moved < STANDS_RAD:
-                kept = bool((there[0] >= -EXTRA_KEPT).all())
-                return RawAnswer(answer.q, used, kept)
-            allowed = max(0.5 * _missed(h), EXTRA_ALLOWED * moved * moved)
-            if _missed(there[0]) > allowed:  # the rows were too far from the truth
-                step = SHORTER * moved
-            else:
-                change = answer.q - q
-                back = float(change @ before) < 0.0  # two answers may take turns
-                step = 0.5 * moved if back else min(EXTRA_STEP_RAD, LONGER * step)
-                q, (h, J), before = answer.q, there, change
-            if used >= budget:
-                break
-        return RawAnswer(q_start, used, solved=False)
+    def _limits(self, problem: IkProblem, bounds: SearchBounds) -> Limits:
+        n = problem.n
+        can_move = bounds.upper[:n] - bounds.lower[:n] > BLOCKED_RAD
+        free = slots = self._all
+        if not can_move.all():
+            free = np.flatnonzero(can_move)
+            slots = np.full(n, -1, dtype=np.int64)
+            slots[free] = np.arange(len(free))
+        return Limits(problem.limits.C, bounds.lower, bounds.upper, free, slots)
 
     def _prepare(self, problem: IkProblem) -> None:
         """Tables of a problem, when it is another one."""
@@ -156,6 +95,7 @@ class Sqp:
             roles=np.zeros((tips, 2), dtype=np.int64),
             weights=np.ones(2),
             radii=INSIDE_SHARE * np.array(radii),
+            nearest=np.array(NEAREST_WEIGHTS if problem.extra is None else SOFTER_WEIGHTS),
             rest=problem.rest_rad.copy(),
             stiffness=problem.beta * problem.rest_weights,
             start=np.zeros(n),
@@ -170,6 +110,7 @@ class Sqp:
             pull=np.zeros((3, 3)),
         )
         self._rooms.clear()
+        self._all = np.arange(n)
         self._problem = problem
 
     def _chain(self, place: int, tip: Tip) -> ChainArrays:
@@ -217,7 +158,3 @@ class Sqp:
                 upper=np.zeros(rows),
             )
         return room
-
-
-def _missed(h: Vector) -> float:
-    return max(0.0, -float(h.min(initial=np.inf)))

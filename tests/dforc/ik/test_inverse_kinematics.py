@@ -19,7 +19,9 @@ TOLERANCE_M = 1.001e-4
 BETA = 0.01
 
 
-def pose(model: RobotModel, q: Vector, moved_m: tuple[float, float, float] = (0, 0, 0)) -> TipTarget:
+def pose(
+    model: RobotModel, q: Vector, moved_m: tuple[float, float, float] = (0, 0, 0)
+) -> TipTarget:
     R, p = model.tip_pose(q)
     return TipTarget.checked(p + np.array(moved_m), R)
 

@@ -67,6 +67,7 @@ def goal_of(model: RobotModel, q: Vector, roles: tuple[int, int], proximal: floa
         roles=np.array([roles]),
         weights=np.array([100.0, 1.0]),
         radii=np.array([0.02, 0.1]),
+        nearest=np.array([1e5, 1e3]),
         rest=q + 0.2,
         stiffness=np.full(10, 0.01),
         start=q - 0.1,
