@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.ik_setting import Setting
+from benchmarks.ik_tracking import LAP
 from dforc.ik.inverse_kinematics import InverseKinematics
 from dforc.ik.problem import TipTarget
 from services.core.clock import NS_PER_MS, thread_cpu_ns
@@ -77,7 +78,7 @@ def _robot(setting: Setting) -> list[Row]:
     for path in (
         lemniscate(arm, setting.ticks(TICKS)),
         joint_path(arm, setting.seed, setting.ticks(TICKS)),
-        lemniscate(arm, setting.ticks(TICKS), far=True),
+        lemniscate(arm, max(LAP, setting.ticks(TICKS)), far=True),
     ):
         run = follow(field[:1], path)[OURS]
         w = worth(arm, path.position, path.rotation, run)

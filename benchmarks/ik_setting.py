@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from services.experiments.ik_arm import Arm, measured_arm
-from services.experiments.ik_contenders import Contender, Ours
+from services.experiments.ik_contenders import Contender, Nothing, Ours
 from services.experiments.ik_field import everybody, ours, reference
 from services.experiments.ik_poses import OURS
 from services.experiments.ik_sets import SHORT, Sizes
@@ -46,7 +46,12 @@ def setting(seed: int, short: bool, say: Callable[[str], None]) -> Setting:
     if short:
         why = "not measured in a short run"
         return Setting(
-            arm, seed, short, say, [*ours(arm)[:1], reference(arm)], [Row("peers", None, "", why)]
+            arm,
+            seed,
+            short,
+            say,
+            [Nothing(), *ours(arm)[:1], reference(arm)],
+            [Row("peers", None, "", why)],
         )
     contenders, missing = everybody(arm)
     return Setting(arm, seed, short, say, contenders, missing)

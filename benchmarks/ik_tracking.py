@@ -21,6 +21,7 @@ from services.experiments.ik_table import times
 from services.experiments.rows import Row, at_least, at_most
 
 IN_REACH, ACROSS = 1500, 1000
+LAP = 280  # of the path across, and a little more
 MEDIAN_MS, P99_MS = 0.15, 0.3
 STEP_DEG, ACROSS_STEP_DEG = 4.0, 5.0
 ROUNDED = 1e-9  # deg: the step limit itself, in floating point
@@ -35,14 +36,15 @@ def rows(setting: Setting) -> list[Row]:
         joint_path(arm, setting.seed, setting.ticks(IN_REACH)),
     )
     found: list[Row] = []
-    for path in (*inside, lemniscate(arm, setting.ticks(ACROSS), far=True)):
+    across = lemniscate(arm, max(LAP, setting.ticks(ACROSS)), far=True)
+    for path in (*inside, across):
         setting.say(f"{path.name}, {len(path)} ticks ...")
         field = [c for c in setting.contenders if c.name not in SLOW]
         runs = follow(field, path)
         worths = {name: worth(arm, path.position, path.rotation, run) for name, run in runs.items()}
-        across = not path.reached().all()
-        found += _bars(path, runs[OURS], worths[OURS], ACROSS_STEP_DEG if across else STEP_DEG)
-        if across:
+        step_deg = ACROSS_STEP_DEG if path is across else STEP_DEG
+        found += _bars(path, runs[OURS], worths[OURS], step_deg)
+        if path is across:
             found += _across(path, runs[OURS], worths[OURS])
         found.append(_faster(path, runs))
         found += _everybody(path, runs, worths, field)

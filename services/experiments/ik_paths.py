@@ -38,17 +38,21 @@ class Path:
         return np.asarray(self.nearest_m <= REACHED_M)
 
 
-def lemniscate(arm: Arm, ticks: int, *, far: bool = False) -> Path:
-    """A lying eight in the frontal plane, one orientation; `far` leaves the workspace."""
-    centre, gain = (FAR_CENTRE, FAR_GAIN_M) if far else (CENTRE, GAIN_M)
+def lap_of(centre: tuple[float, float, float], gain: float) -> Array:
+    """A lying eight in the frontal plane, once around in steps of 5 mm from its middle (k, 3)."""
     turn = np.linspace(0.0, 2.0 * np.pi, SAMPLES)
     wide = gain / (1.0 + np.sin(turn) ** 2)
     curve = np.column_stack(
         [np.zeros(SAMPLES), wide * np.cos(turn), wide * np.cos(turn) * np.sin(turn)]
     )
     lap = _even(curve + np.array(centre))[:-1]
-    name = "lemniscate leaving the workspace" if far else "lemniscate"
-    lap = np.roll(lap, -(len(lap) // 4), axis=0)  # begins in its middle, which is in reach
+    return np.roll(lap, -(len(lap) // 4), axis=0)
+
+
+def lemniscate(arm: Arm, ticks: int, *, far: bool = False) -> Path:
+    """The hand along the eight in one orientation; `far` leaves the workspace."""
+    centre, gain = (FAR_CENTRE, FAR_GAIN_M) if far else (CENTRE, GAIN_M)
+    lap = lap_of(centre, gain)
 
     def make() -> dict[str, Array]:
         nlp = PlainNlp(arm, Form.NEAREST)
@@ -59,7 +63,7 @@ def lemniscate(arm: Arm, ticks: int, *, far: bool = False) -> Path:
     known = kept(arm, "far" if far else "lemniscate", (VERSION, centre, gain), make)
     laps = -(-ticks // len(lap))
     return Path(
-        name,
+        "lemniscate leaving the workspace" if far else "lemniscate",
         np.tile(lap, (laps, 1))[:ticks],
         np.broadcast_to(known["R"], (ticks, 3, 3)),
         known["start"],

@@ -68,8 +68,8 @@ def sample(
 
 
 def at(values: Array, share: float) -> float:
-    """A percentile of numbers that may be infinite."""
-    return float(np.percentile(values, share, method="higher"))
+    """The smallest of the numbers, which may be infinite, that so many percent do not exceed."""
+    return float(np.percentile(values, share, method="inverted_cdf"))
 
 
 def bars(found: Sample, label: str = "") -> list[Row]:

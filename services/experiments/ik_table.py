@@ -107,6 +107,8 @@ def _beside(sample: Sample, name: str) -> str:
 
 def _away(sample: Sample, name: str) -> str:
     excess = 1e3 * sample.excess(name)
+    if not np.isfinite(excess).any():
+        return "no answer"
     kept = percent(sample.worths[name].outside_rad <= LOOSE_RAD)
     return f"{at(excess, 50):.2f}/{at(excess, 90):.2f} {kept:.0f}"
 

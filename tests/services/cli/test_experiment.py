@@ -7,7 +7,7 @@ import pytest
 from services.cli.experiment import VERBS
 from services.cli.main import main
 
-NAMES = ("force-table1", "force-fig5", "force-fig6", "force-fig7", "closed-loop", "cartesian")
+NAMES = ("force-table1", "force-fig5", "force-fig6", "force-fig7", "closed-loop", "cartesian", "ik")
 
 
 def test_help_lists_every_experiment(capsys: pytest.CaptureFixture[str]) -> None:
