@@ -11,6 +11,7 @@ from services.cli.cartesian_tables import (
     pose_lines,
     posture_table,
     status_lines,
+    verdict,
 )
 from services.cli.complaint import complain
 from services.cli.stack_client import StackClient
@@ -189,6 +190,7 @@ def cartesian_ask(
     except ServiceError as error:
         return _complain(error)
     Console().print(posture_table(posture))
+    print(verdict(posture))
     if posture.answer.status == "converged":
         return 0
     complain(posture.answer.reason or posture.answer.status)

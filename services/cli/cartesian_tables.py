@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 
+from rich import box
 from rich.table import Table
 
 from dforc import rotation
@@ -44,11 +45,7 @@ def pose_lines(poses: Sequence[Pose]) -> Iterator[str]:
 
 def posture_table(posture: Posture) -> Table:
     """Joint angles of an answer."""
-    answer = posture.answer
-    table = Table(
-        title=f"{answer.status}: {answer.position_error_m * 1e3:.2f} mm, "
-        f"{math.degrees(answer.orientation_error_rad):.2f} deg off"
-    )
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False)
     table.add_column("joint")
     table.add_column("deg", justify="right")
     for joint, angle in posture.angles_rad.items():
@@ -56,9 +53,17 @@ def posture_table(posture: Posture) -> Table:
     return table
 
 
+def verdict(posture: Posture) -> str:
+    """How near the pose it is."""
+    answer = posture.answer
+    away = f"position {answer.position_error_m * 1e3:.2f} mm off"
+    turned = f"orientation {math.degrees(answer.orientation_error_rad):.2f} deg off"
+    return f"{answer.status}: {away}, {turned}"
+
+
 def info_table(settings: Settings) -> Table:
     """How each joint is used."""
-    table = Table()
+    table = Table(box=box.SIMPLE_HEAD, show_edge=False)
     table.add_column("joint")
     table.add_column("free")
     for heading in ("rest deg", "weight", "from deg", "to deg"):

@@ -191,7 +191,7 @@ class CartesianAnswers:
         return CartesianReply(ok=True, info=info)
 
     def _posture(self, limb: LimbControl) -> Vector:
-        reading = self._readings.of(limb.shape.name)
+        reading = self._readings.recent(limb.shape.name)
         if reading.missing:
             raise RefusedError(f"the pose is not known: {reading.missing}")
         if limb.settings.reference_mode:

@@ -102,7 +102,7 @@ class CartesianOrders:
         if not SHORTEST_TRAJECTORY_S <= duration_s <= LONGEST_TRAJECTORY_S:
             span = f"{SHORTEST_TRAJECTORY_S:g} to {LONGEST_TRAJECTORY_S:g} s"
             raise RefusedError(f"a motion takes {span}, not {duration_s} s")
-        start = tuple(control.start_posture(self._readings.of(limb)).tolist())
+        start = tuple(control.start_posture(self._readings.recent(limb)).tolist())
 
         def heard(now_ns: int, answer: IkAnswer | None, reason: str) -> None:  # noqa: ARG001
             if answer is None or not is_good_enough(answer, request.nearest):
@@ -113,7 +113,7 @@ class CartesianOrders:
 
             def begin(now_ns: int) -> CartesianReply:
                 self._driver.go(now_ns, limb, target, duration_s)
-                self._keeping.begin(request.poses, self._readings.of(limb))
+                self._keeping.begin(request.poses, self._readings.recent(limb))
                 motion = self._driver.motions.current
                 return CartesianReply(
                     ok=True, reason=reason, limb=limb, motion=motion, answer=answer
@@ -177,7 +177,7 @@ class CartesianOrders:
             raise RefusedError("auto chooses the hand by the position of one pose")
         hands = {}
         for arm in self._names.arms:
-            reading, tip = self._readings.of(arm), self._limbs[arm].problem.tips[0]
+            reading, tip = self._readings.recent(arm), self._limbs[arm].problem.tips[0]
             if not reading.missing:
                 hands[arm] = tip.pose(np.array(reading.q_rad))[1]
         if not hands:
@@ -185,14 +185,14 @@ class CartesianOrders:
         return self._names.nearest(place, hands)
 
     def _measured(self, limb: str) -> Floats:
-        reading = self._readings.of(limb)
+        reading = self._readings.recent(limb)
         if reading.missing:
             raise RefusedError(f"no posture to start from: {reading.missing}")
         return reading.q_rad
 
     def _ready(self, limb: str) -> LimbControl:
         """A limb that takes set-points."""
-        control, reading = self._limbs[limb], self._readings.of(limb)
+        control, reading = self._limbs[limb], self._readings.recent(limb)
         if reading.missing:
             raise RefusedError(f"{limb} cannot move: {reading.missing}")
         other = reading.not_direct(control.shape.joints, control.free)

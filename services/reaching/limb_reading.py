@@ -50,11 +50,11 @@ class Reading:
         return f"{other[0]}{rest}, not in position-direct mode; {SWITCH_OVER}"
 
 
-def read_limb(shape: LimbShape, inputs: Inputs) -> Reading:
+def read_limb(shape: LimbShape, inputs: Inputs, age_s: float = STATE_AGE_S) -> Reading:
     """The newest states of a limb's parts, if all of them are young and valid."""
     states: list[JointState] = []
     for part, joints in shape.parts.items():
-        state = inputs.fresh(JOINT_STATE[part], STATE_AGE_S)
+        state = inputs.fresh(JOINT_STATE[part], age_s)
         if state is None:
             return Reading(missing=f"no joint states of {part}; {SCAN}")
         if not state.valid:

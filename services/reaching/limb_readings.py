@@ -6,6 +6,7 @@ from services.core.service import Inputs
 from services.reaching.limb_reading import Reading, read_limb
 from services.reaching.limb_shape import LimbShape
 
+RECENT_S = 0.5  # a motion under way bears a gap as long
 NOTHING = Reading(missing="no joint states yet")
 
 
@@ -29,3 +30,9 @@ class LimbReadings:
         if limb not in self._read:
             self._read[limb] = read_limb(self._shapes[limb], self._inputs)
         return self._read[limb]
+
+    def recent(self, limb: str) -> Reading:
+        """The same for who asks once: joint states that are late now will be there soon."""
+        if self._inputs is None:
+            return NOTHING
+        return read_limb(self._shapes[limb], self._inputs, RECENT_S)

@@ -58,7 +58,6 @@ def initial_settings(shape: LimbShape) -> LimbSettings:
         rest_weights=_floats(problem.rest_weights),
         lower_rad=_floats(problem.limits.lower_rad),
         upper_rad=_floats(problem.limits.upper_rad),
-        tip_offsets=(TipOffset(),) * len(shape.tips),
         priority=str(problem.priority),
     )
     return LimbSettings(setup=setup)
@@ -106,7 +105,7 @@ def told(shape: LimbShape, settings: LimbSettings) -> CartesianSettings:
         rest_rad=tuple(zip(names, setup.rest_rad, strict=True)),
         rest_weights=tuple(zip(names, setup.rest_weights, strict=True)),
         limits_rad=tuple(zip(names, setup.lower_rad, setup.upper_rad, strict=True)),
-        tip_offsets=setup.tip_offsets,
+        tip_offsets=setup.tip_offsets or (TipOffset(),) * len(shape.tips),
         priority=setup.priority,
         position_tolerance_m=setup.position_tolerance_m,
         orientation_tolerance_rad=setup.orientation_tolerance_rad,
@@ -139,10 +138,11 @@ def _changed_setup(shape: LimbShape, setup: LimbSetup, change: CartesianSettings
             "orientation_tolerance_rad",
             "iterations",
             "solver",
-            "tip_offsets",
         )
         if (value := getattr(change, name)) is not None
     }
+    if change.tip_offsets is not None:
+        wanted["tip_offsets"] = _tip_offsets(shape, change.tip_offsets)
     if change.rest_beta is not None:
         wanted["rest_beta"] = change.rest_beta if change.rest_beta >= 0.0 else None
     changed = msgspec.structs.replace(
@@ -175,6 +175,13 @@ def _replaced(
             raise SettingsError(f"{what}: {name}: {value} is not a number")
         after[shape.joints.index(name)] = value
     return tuple(after)
+
+
+def _tip_offsets(shape: LimbShape, offsets: tuple[TipOffset, ...]) -> tuple[TipOffset, ...]:
+    """Empty where the hands themselves go to the poses: that saves work every period."""
+    if len(offsets) != len(shape.tips):
+        raise SettingsError(f"{len(offsets)} tip offsets for {len(shape.tips)} tips")
+    return () if all(offset == TipOffset() for offset in offsets) else offsets
 
 
 def _check_limits(shape: LimbShape, setup: LimbSetup) -> None:
