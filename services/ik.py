@@ -16,6 +16,7 @@ from collections import deque
 
 from dforc.errors import DforcError
 from services.config import load_robot
+from services.core.clock import NS_PER_S
 from services.core.errors import ConfigError
 from services.core.live import Context, run_process
 from services.core.log import OncePerSecond
@@ -41,7 +42,8 @@ logger = logging.getLogger(__name__)
 
 STATUS_PERIOD_NS = 100_000_000
 FOLLOWING_WORK_MS = 2.0  # for requests, in one step while points come: a fifth of their period
-IDLE_WORK_MS = 50.0  # else
+IDLE_WORK_MS = 20.0  # else
+LONGEST_NS = round((IK_CALL.timeout_s - 1.0) * NS_PER_S)  # then the asker gives up, too
 AWAKE_S = 0.5  # cartesian/status silent for longer: only requests start steps
 
 
@@ -120,7 +122,8 @@ class Ik(Service):
 
     def _refuse_request(self, token: int, reason: str, outputs: Outputs) -> None:
         self._requests.refused += 1
-        outputs.reply(IK_CALL, token, IkReply(ok=False, reason=reason))
+        statistics = self._requests.report()
+        outputs.reply(IK_CALL, token, IkReply(ok=False, reason=reason, statistics=statistics))
 
     def _work(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
         """Solve poses of the requests, the first come first, as many as this step may."""
@@ -131,6 +134,10 @@ class Ik(Service):
             left_ms = float("inf")  # no step would come to go on in
         while self._jobs and left_ms > 0.0:
             token, job = self._jobs[0]
+            if now_ns - job.begun_ns > LONGEST_NS:
+                self._jobs.popleft()
+                outputs.reply(IK_CALL, token, job.reply(now_ns))
+                continue
             try:
                 left_ms -= job.advance()
             except DforcError as error:

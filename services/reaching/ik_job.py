@@ -87,9 +87,11 @@ class IkJob:
         return CALL_MS + (result.iterations + more) / self._rate
 
     def reply(self, now_ns: int) -> IkReply:
-        """The answers, once there is one for each pose."""
+        """The answers so far; the reply is ok where there is one for each pose."""
+        solved, asked = len(self._answers), len(self._targets)
         return IkReply(
-            ok=True,
+            ok=solved == asked,
+            reason="" if solved == asked else f"time for {solved} of {asked} poses only",
             joints=self._limb.joints,
             answers=tuple(self._answers),
             start_rad=tuple(self._start.tolist()),

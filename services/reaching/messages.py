@@ -96,7 +96,7 @@ class IkStatistics(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
 
 
 class IkReply(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """One answer per pose, in their order; or none, and why."""
+    """One answer per pose, in their order; or fewer where time ran out, or none; and why."""
 
     ok: bool  # every pose has an answer; whether it is reached says the answer
     reason: str = ""

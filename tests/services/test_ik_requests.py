@@ -265,7 +265,7 @@ def test_what_is_no_request_is_refused_with_the_reason(
 
 
 def test_refusals_are_counted(bench: Bench) -> None:
-    ask(bench, IkRequest(poses=()))
+    assert ask(bench, IkRequest(poses=())).statistics.refused == 1
     ask(bench, IkRequest(poses=(HERE,), limb="tail"))
     reply = ask(bench, IkRequest(poses=(HERE,)))
     assert (reply.statistics.refused, reply.statistics.solves) == (2, 1)
@@ -390,3 +390,17 @@ def test_requests_are_answered_in_the_order_of_their_arrival(bench: Bench) -> No
     for _ in range(100):
         bench.put(CARTESIAN_STATUS, heartbeat())
     assert [token for token, _ in bench.replies(IK_CALL)] == [first, second]
+
+
+def test_poses_that_there_is_no_time_for_are_left_out(bench: Bench) -> None:
+    bench.put(CARTESIAN_STATUS, heartbeat())
+    poses = tuple(at(-0.3, 0.2, 0.05 + 1e-5 * i) for i in range(2000))
+    bench.request(IK_CALL, IkRequest(poses=poses))
+    bench.advance(9.1)
+    bench.put(CARTESIAN_STATUS, heartbeat())
+    ((_, reply),) = bench.replies(IK_CALL)
+    assert not reply.ok
+    assert 0 < len(reply.answers) < 2000
+    assert reply.reason == f"time for {len(reply.answers)} of 2000 poses only"
+    assert reply.taken_ms == pytest.approx(9100.0)
+    assert ask(bench, IkRequest(poses=(HERE,), start_rad=HOME_RAD)).ok
