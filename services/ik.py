@@ -44,7 +44,7 @@ STATUS_PERIOD_NS = 100_000_000
 FOLLOWING_WORK_MS = 2.0  # for requests, in one step while points come: a fifth of their period
 IDLE_WORK_MS = 20.0  # else
 LONGEST_NS = round((IK_CALL.timeout_s - 1.0) * NS_PER_S)  # then the asker gives up, too
-AWAKE_S = 0.5  # cartesian/status silent for longer: only requests start steps
+AWAKE_S = 2.0  # cartesian/status silent for longer: only requests start steps
 
 
 class Ik(Service):
