@@ -40,6 +40,7 @@ def ik(
 
     Bars hold for the arm of the published figures only; another robot's figures have none.
     """
+    arm = robot_arm(robot) if robot else measured_arm()
     console = Console()
     with Progress(
         SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=console
@@ -49,7 +50,6 @@ def ik(
         def say(what: str) -> None:
             progress.update(shown, description=what)
 
-        arm = robot_arm(robot) if robot else measured_arm()
         samples, missing = measure(arm, seed, SHORT if short else Sizes(), say)
     draw(samples, plot)
     found = lines(samples)
