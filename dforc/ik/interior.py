@@ -41,6 +41,7 @@ INSIDE_SHARE = 0.95  # of the tolerance: what the slack is left with in most sea
 CLOSE = 0.02  # m, rad of slack that may still go away
 ROUNDS = 3  # of taking it away
 HALVED = 0.5  # what a round must do to the error to be worth another
+ROOM_RAD = 1e-7  # that a row leaves around the start
 CAPS = (100, 50, 25, 12)  # iterations of one run: a solver is built for each
 KEPT = 8  # programs
 
@@ -90,7 +91,7 @@ class InteriorSolver:
             NotSymbolicError: the problem's extra constraints have no `symbolic`.
         """
         built, n = self._build(problem), problem.n
-        region = _region(problem, targets, bounds)
+        region = _region(problem, len(targets), q_start, bounds)
         tips = [_tip(problem, *pair) for pair in zip(problem.tips, targets, strict=True)]
         rows = problem.limits.rows[built.structure.row_pattern]
         soft = SOFT[problem.priority]
@@ -213,18 +214,24 @@ def _posture(problem: IkProblem, q_start: Vector, proximal: float) -> tuple[Vect
     return centre, weights
 
 
-def _region(
-    problem: IkProblem, targets: Sequence[TipTarget | None], bounds: SearchBounds
-) -> Region:
-    n, free = problem.n, np.full(6 * len(targets), np.inf)
+def _region(problem: IkProblem, k: int, q_start: Vector, bounds: SearchBounds) -> Region:
+    """The bounds, without what would leave these methods no room inside them.
+
+    A row of blocked joints alone says nothing, and no row may shut out the start by rounding.
+    """
+    n, rows = problem.n, problem.limits.rows
     extra = 0 if problem.extra is None else problem.extra.size
-    ball_lower = [0.0, 0.0, 0.0, -np.inf] * len(targets)
-    ball_upper = [0.0, 0.0, 0.0, 1.0] * len(targets)
+    lower, upper = bounds.lower[:n], bounds.upper[:n]
+    idle = ~(rows[:, lower < upper] != 0.0).any(axis=1)
+    values = rows @ q_start
+    row_lower = np.where(idle, -np.inf, np.minimum(bounds.lower[n:], values - ROOM_RAD))
+    row_upper = np.where(idle, np.inf, np.maximum(bounds.upper[n:], values + ROOM_RAD))
+    free = np.full(6 * k, np.inf)
     return Region(
-        lower=np.concatenate([bounds.lower[:n], -free]),
-        upper=np.concatenate([bounds.upper[:n], free]),
-        g_lower=np.concatenate([ball_lower, bounds.lower[n:], np.zeros(extra)]),
-        g_upper=np.concatenate([ball_upper, bounds.upper[n:], np.full(extra, np.inf)]),
+        lower=np.concatenate([lower, -free]),
+        upper=np.concatenate([upper, free]),
+        g_lower=np.concatenate([[0.0, 0.0, 0.0, -np.inf] * k, row_lower, np.zeros(extra)]),
+        g_upper=np.concatenate([[0.0, 0.0, 0.0, 1.0] * k, row_upper, np.full(extra, np.inf)]),
     )
 
 

@@ -38,6 +38,7 @@ def test_reachable_poses_are_met_within_all_limits(
         result = solver.solve([target], rest)
         assert result.status is IkStatus.CONVERGED
         assert result.reason == ""
+        assert target.position_m is not None
         assert np.linalg.norm(model.tip_pose(result.q_rad)[1] - target.position_m) < TOLERANCE_M
         assert result.orientation_error_rad < math.radians(1.0)
         assert limits.violation(result.q_rad) <= 0.0
@@ -76,6 +77,7 @@ def test_answer_is_the_one_that_another_method_finds_from_there(
             return angle**2 + BETA * float(rest_weights @ (q - rest) ** 2)
 
         def miss(q: Vector, target: TipTarget = target) -> Vector:
+            assert target.position_m is not None
             return model.tip_pose(q)[1] - target.position_m
 
         other = minimize(
@@ -112,6 +114,7 @@ def test_position_out_of_reach_gives_the_nearest_posture_and_says_so(
 ) -> None:
     for direction in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.4, -0.4)):
         target = pose(model, home, direction)
+        assert target.position_m is not None
         result = solver.solve([target], home)
         assert result.status is IkStatus.INFEASIBLE
         assert result.reason == f"nearest position is {result.position_error_m:.2g} m away"
