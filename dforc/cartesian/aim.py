@@ -52,16 +52,20 @@ class Aim:
         where = np.zeros((tips, 3))
         return cls(Mode.HOLD, where, turns, nothing, nothing, q, q, 0.0, 0.0, 0.0, 0.0)
 
-    def stopping(self, params: CartesianParams) -> "Aim":
-        """No target: brake, or go on braking."""
+    def stopping(self, poses: Places, params: CartesianParams) -> "Aim":
+        """No target: brake along the way, from `poses`, or go on braking; then hold."""
+        h = params.period_s
         if self.mode is Mode.HOLD:
-            return replace(self, brake_time_s=max(self.brake_time_s - params.period_s, 0.0))
-        nothing = np.zeros_like(self.velocity)
+            left_s = max(self.brake_time_s - h, 0.0)
+            active = self.active if left_s > 0.0 else np.zeros_like(self.active)
+            return replace(self, active=active, task_time_s=left_s, brake_time_s=left_s)
         return replace(
             self,
             mode=Mode.HOLD,
-            velocity=nothing,
-            active=nothing,
+            position=poses[0],
+            rotation=poses[1],
+            velocity=np.zeros_like(self.velocity),
+            task_time_s=params.stop_time_s,
             brake_time_s=params.stop_time_s,
             duration_s=params.stop_time_s,
         )

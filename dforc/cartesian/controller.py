@@ -114,34 +114,29 @@ class CartesianController:
             outside=self._planner.outside(q),
             limited=False,
             in_target=False,
-            trajectory_time_s=self.params.trajectory_time_s,
             correction=CorrectionState.none(n),
         )
 
     def take_over(self, state: CartesianState) -> CartesianState:
         """The motion of another controller of the same joints: speed and acceleration go on.
 
-        A joint that is not free any more comes to rest within the stop time. Where T is another,
-        the time to go starts anew. Raises ShapeError for another number of joints.
+        A joint that is not free any more comes to rest within the stop time, and the time to go
+        starts anew. Raises ShapeError for another number of joints.
         """
         if len(state.q_plan) != self.limits.n:
             raise ShapeError(f"a plan of {len(state.q_plan)} joints for {self.limits.n}")
         aim, params = state.aim, self.params
         if len(aim.active) != len(self.tips):
             aim = replace(Aim.at_rest(aim.q, len(self.tips)), q_onset=aim.q_onset)
-        same_time = params.trajectory_time_s == state.trajectory_time_s
-        aim = replace(
-            aim,
-            brake_time_s=params.stop_time_s,
-            task_time_s=aim.task_time_s if same_time else params.trajectory_time_s,
-            joint_time_s=aim.joint_time_s if same_time else params.trajectory_time_s,
-        )
+        # The next period takes itself off these times before it uses them.
+        whole_s = params.trajectory_time_s + params.period_s
+        brake_s = params.stop_time_s + params.period_s
+        aim = replace(aim, brake_time_s=brake_s, task_time_s=whole_s, joint_time_s=whole_s)
         taken = replace(
             state,
             aim=aim,
             outside=self._planner.outside(state.q_plan),
             in_target=False,
-            trajectory_time_s=params.trajectory_time_s,
         )
         return self._planner.begun_anew(taken)
 
@@ -177,7 +172,7 @@ class CartesianController:
             dq_rad_s=moved.dq,
             plan_q_rad=moved.q,
             tips=reports,
-            progress=progress(state.aim, moved.q, self._free),
+            progress=1.0 if in_target else progress(state.aim, moved.q, self._free),
             duration_s=state.aim.duration_s,
             in_target=in_target,
             at_rest=plan_is_at_rest(moved.dq),
@@ -189,15 +184,16 @@ class CartesianController:
 
     def resting_posture(self, state: CartesianState) -> Vector:
         """Where the plan would come to rest now (n,), inside the limits."""
-        T = self.params.stop_time_s
-        way = T * (0.5 * state.dq_plan + T / 12.0 * state.ddq_plan)
+        T, h = self.params.stop_time_s, self.params.period_s
+        now = state.dq_plan + 0.5 * h * state.ddq_plan
+        way = T * (0.5 * now + T / 12.0 * state.ddq_plan)
         return self.limits.project(state.q_plan + way)
 
     def _aimed(self, state: CartesianState, target: Target | None, poses: Poses) -> CartesianState:
         """The state with its next aim, begun anew where other coordinates count."""
         before = state.aim
         if target is None:
-            aim = before.stopping(self.params)
+            aim = before.stopping((poses.position, poses.rotation), self.params)
             afresh = before.mode is not Mode.HOLD
         else:
             wanted = Wanted.checked(target, len(self.tips), self.limits.n)
@@ -241,6 +237,7 @@ class CartesianController:
         self, state: CartesianState, plan: Poses, measured: Poses
     ) -> tuple[TipReport, ...]:
         aim, reports = state.aim, []
+        reaching = aim.mode is Mode.REACH
         for i, (velocity, active) in enumerate(
             zip(state.generators.task_velocity, aim.active, strict=True)
         ):
@@ -252,8 +249,10 @@ class CartesianController:
                     plan_position_m=plan.position[i],
                     plan_rotation=plan.rotation[i],
                     plan_velocity=velocity.copy(),
-                    position_error_m=math.sqrt(float(away @ away)) if active[0] else math.nan,
-                    orientation_error_rad=turned if active[3] else math.nan,
+                    position_error_m=math.sqrt(float(away @ away))
+                    if reaching and active[0]
+                    else math.nan,
+                    orientation_error_rad=turned if reaching and active[3] else math.nan,
                     plan_error_m=math.sqrt(float(beside @ beside)),
                 )
             )

@@ -12,6 +12,7 @@ SLOW_M_S = 1e-3  # a tip slower than this has no direction of its own
 BLOCKED = 1e8  # weight that keeps a joint which is not free to its own speed
 RETURN_RAD_S = 0.3  # fastest way back inside of a joint or row that is outside
 ROOM_TO_ROUND = 1e-9
+MORE_ACCELERATION = 3.0  # on top, where limits and rows cannot be kept otherwise
 
 
 @compiled
@@ -136,14 +137,14 @@ def plan_speeds(
     held, work = np.empty((3, n)), np.empty((3, n))
     low, high = np.empty(m), np.empty(m)
     if factorise(H, n, 0.0, L):
-        for attempt in range(3):
+        for attempt in range(4):
             limit_bounds(values, lower, upper, sizes, braking, period_s, low, high)
             narrow(low, high, -speed_limit, speed_limit)
-            if attempt == 0:
-                change = acceleration * period_s
+            if attempt < 2:
+                change = acceleration * period_s * (1.0 + MORE_ACCELERATION * attempt)
                 narrow(low, high, v_before - change, v_before + change)
             stopping_bounds(free, v_joint, low, high)
-            if attempt == 2:
+            if attempt == 3:
                 low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
             count = solve_factorised(L, g, C, low, high, n, dq, M, R, held, work)
             if count >= 0:

@@ -27,9 +27,10 @@ class CouplingParams:
     `gamma` weighs the path of the tips against the path of the joints, which has the weight 1.
     """
 
-    gamma: float | None = None  # None: 0.05 of iKin for the reference law, 1e4 for the other one
+    gamma: float | None = None  # None: 0.05 of iKin for the reference law, 2e4 for the other one
     speed_limit_rad_s: float | Sequence[float] = 1.75  # of every joint, or one for each
-    braking_rad_s2: float = 20.0  # a joint or row may come near its limit as fast as this stops it
+    # A joint or row may come near its limit as fast as this stops it; half the next one at most.
+    braking_rad_s2: float = 10.0
     acceleration_limit_rad_s2: float = 40.0  # of every joint, where limits and rows leave a choice
     guard_ratio: float = 0.1  # reference law: share of the range, half at each end, without task
 

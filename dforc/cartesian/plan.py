@@ -15,7 +15,10 @@ from dforc.cartesian.state import CartesianState, Generators, Outside, Poses, Ti
 from dforc.limits import JointLimits
 
 RETURN_S = 1.0  # in which a plan that began outside its limits comes back in
-SPEED_ERROR_PERIODS = 10.0  # in which speed mode makes up for what the tips lost
+SPEED_ERROR_PERIODS = 3.0  # in which speed mode makes up for what the tips lost
+# While limits hold a tip back it asks for no more speed than this adds in a period: a pose out of
+# reach is leant against, not hammered at.
+LEANING = np.array([10.0] * 3 + [30.0] * 3)  # m/s^2, rad/s^2
 OUTSIDE = 1e-9
 
 
@@ -58,7 +61,8 @@ class Planner:
         J = self._jacobians(q + 0.5 * h * state.dq_plan)
         v_joint = self._joint_speeds(generators, aim, q)
         v_task, aim = self._task_speeds(generators, aim, poses)
-        dq, limited = self._coupled(state, J, v_joint, v_task, aim)
+        asked = self._eased(state, v_task) if state.limited else v_task
+        dq, limited = self._coupled(state, J, v_joint, asked, aim)
         if limited:  # what limits took from the task's speed leaves its generator, or it winds up
             moved = (J @ dq).reshape(v_task.shape)
             generators.task_velocity[:] += (moved - v_task) * aim.active
@@ -97,6 +101,12 @@ class Planner:
         left = (1.0 - s * s * s * (10.0 - s * (15.0 - 6.0 * s))) * outside.distance
         return self._lower - left, self._upper + left
 
+    def _eased(self, state: CartesianState, v_task: Matrix) -> Matrix:
+        now = state.generators.task_velocity
+        more = LEANING * self._params.period_s
+        eased: Matrix = np.minimum(np.maximum(v_task, now - more), now + more)
+        return eased
+
     def _coupled(
         self, state: CartesianState, J: Matrix, v_joint: Vector, v_task: Matrix, aim: Aim
     ) -> tuple[Vector, bool]:
@@ -123,24 +133,26 @@ class Planner:
         v_brake = self._braked(generators, aim)
         error = self._task_errors(generators, aim, poses)
         beside = np.where(self._is_free, aim.q - q, 0.0)
-        velocity, acceleration = state.generators.joint_velocity, generators.joint_acceleration
-        lagged, pushed = velocity.copy(), state.generators.joint_acceleration.copy()
-        run_lag(lagged, pushed, generators.joint_error, beside, T, h)
+        before, v_task = state.generators, generators.task_velocity
+        lagged, pushed = before.joint_velocity.copy(), before.joint_acceleration.copy()
+        run_lag(lagged, pushed, before.joint_error, beside, T, h)
         generators.joint_velocity[:] = np.where(self._is_free, lagged, generators.joint_velocity)
-        acceleration[:] = np.where(self._is_free, pushed, acceleration)
-        generators.joint_error[:] = beside
-        run_lag(
-            generators.task_velocity.ravel(),
-            generators.task_acceleration.ravel(),
-            -generators.task_error.ravel(),
-            -error.ravel(),
-            T,
-            h,
+        generators.joint_acceleration[:] = np.where(
+            self._is_free, pushed, generators.joint_acceleration
         )
+        generators.joint_error[:] = beside
+        task_error, task_acceleration = -before.task_error.ravel(), generators.task_acceleration
+        run_lag(v_task.ravel(), task_acceleration.ravel(), task_error, -error.ravel(), T, h)
         generators.task_error[:] = error
-        v_joint = np.where(self._is_free, lagged, v_brake)
+        # Speeds are integrated by the trapezoidal rule, as iKin's integrator does it.
+        v_joint = np.where(self._is_free, 0.5 * (before.joint_velocity + lagged), v_brake)
         dq = self.coupling.reference_speeds(
-            q, self._jacobians(q), v_joint, generators.task_velocity, aim.active, self._free
+            q,
+            self._jacobians(q),
+            v_joint,
+            0.5 * (before.task_velocity + v_task),
+            aim.active,
+            self._free,
         )
         wanted = q + h * dq
         inside = self._inside(wanted, state.outside)
@@ -175,12 +187,12 @@ class Planner:
     def _task_speeds(self, generators: Generators, aim: Aim, poses: Poses) -> tuple[Matrix, Aim]:
         """What the tips are to do (k, 6); runs the task generator on."""
         h = self._params.period_s
-        if aim.mode is Mode.HOLD:
+        if not aim.active.any():
             return np.zeros_like(aim.velocity), aim
         error = self._task_errors(generators, aim, poses)
         generators.task_error[:] = error
         velocity, acceleration = generators.task_velocity, generators.task_acceleration
-        if aim.mode is Mode.SPEED:
+        if aim.mode is not Mode.REACH:
             way = np.empty_like(error)
             run_cubic(
                 way.ravel(),

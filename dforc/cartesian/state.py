@@ -93,7 +93,6 @@ class CartesianState:
     outside: Outside
     limited: bool  # limits changed the speeds of the last period
     in_target: bool
-    trajectory_time_s: float  # T that the times to go were counted from
     correction: CorrectionState
 
 
