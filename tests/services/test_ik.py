@@ -7,7 +7,7 @@ import pytest
 from services.config import load_robot
 from services.core.testing import Bench
 from services.ik import Ik
-from services.messages import CartesianStatus, JointState, VirtualPoint
+from services.messages import JointState, VirtualPoint
 from services.reaching.limb import limb_joints, limb_limits, limb_models
 from services.reaching.messages import LimbSetup, SetupInUse, TipOffset
 from services.robotfile.robot_tables import RobotFile
@@ -19,6 +19,7 @@ from services.streams import (
     JOINT_STATE,
     VIRTUAL_POINT,
 )
+from tests.services.asking import heartbeat
 from tests.services.postures import arms_at, point
 
 
@@ -267,10 +268,3 @@ def test_status_counts_ten_times_a_second(robot: RobotFile, bench: Bench) -> Non
     stream = reports[-1].stream
     assert (stream.solves, stream.converged, stream.refused, stream.missed) == (100, 100, 1, 0)
     assert 1 <= stream.iterations_p50 <= stream.iterations_p99 < 100
-
-
-def heartbeat() -> CartesianStatus:
-    nan3 = (float("nan"),) * 3
-    return CartesianStatus(
-        stamp_ns=0, state="waiting", q_rad=(), hand_position_m=nan3, hand_rotation_rad=nan3
-    )

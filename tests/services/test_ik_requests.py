@@ -8,12 +8,8 @@ import pytest
 from dforc import rotation
 from services.config import load_robot
 from services.core.testing import Bench
-from services.ik import Ik
-from services.messages import CartesianStatus, JointState
 from services.reaching.limb import limb_limits, limb_model
 from services.reaching.messages import (
-    IkAnswer,
-    IkReply,
     IkRequest,
     LimbSetup,
     PoseTarget,
@@ -28,65 +24,27 @@ from services.streams import (
     IK_CALL,
     IK_SOLUTION,
     IK_STATUS,
-    JOINT_STATE,
     VIRTUAL_POINT,
 )
-from tests.services.postures import arms_at, point
-
-NAN = float("nan")
-ARM_ALONE = (False,) * 3 + (True,) * 7
-HOME_DEG = (0.0, 0.0, 0.0, -30.0, 30.0, 0.0, 45.0, 0.0, 0.0, 0.0)
-HOME_RAD = tuple(math.radians(angle) for angle in HOME_DEG)
+from tests.services.asking import (
+    ARM_ALONE,
+    BENT,
+    HERE,
+    HOME_DEG,
+    HOME_RAD,
+    answer_to,
+    ask,
+    at,
+    heartbeat,
+    pose_of,
+    standing,
+)
+from tests.services.postures import point
 
 
 @pytest.fixture
-def bench(robot: RobotFile, home: dict[str, JointState]) -> Bench:
-    bench = Bench(Ik(robot))
-    for part, state in home.items():
-        bench.put(JOINT_STATE[part], state)
-    return bench
-
-
-def pose_of(robot: RobotFile, q_deg: tuple[float, ...], limb: str = "") -> PoseTarget:
-    """The pose of the hand in a posture."""
-    turned, (x, y, z) = limb_model(robot, limb).tip_pose(np.radians(q_deg))
-    vector = tuple(rotation.rotation_vector(turned).tolist())
-    return PoseTarget(tips=(TipPose(position_m=(x, y, z), rotation_rad=vector),))
-
-
-def at(x: float, y: float, z: float) -> PoseTarget:
-    return PoseTarget(tips=(TipPose(position_m=(x, y, z)),))
-
-
-def ask(bench: Bench, request: IkRequest) -> IkReply:
-    """The reply to a request that one step answers."""
-    token = bench.request(IK_CALL, request)
-    replies = dict(bench.replies(IK_CALL))
-    return replies[token]
-
-
-def answer_to(bench: Bench, request: IkRequest) -> IkAnswer:
-    reply = ask(bench, request)
-    assert reply.ok, reply.reason
-    (answer,) = reply.answers
-    return answer
-
-
-def refusal(bench: Bench, request: IkRequest) -> str:
-    reply = ask(bench, request)
-    assert not reply.ok
-    assert reply.answers == ()
-    return reply.reason
-
-
-def heartbeat() -> CartesianStatus:
-    nan3 = (NAN, NAN, NAN)
-    return CartesianStatus(
-        stamp_ns=0, state="waiting", q_rad=(), hand_position_m=nan3, hand_rotation_rad=nan3
-    )
-
-
-BENT = (5.0, 3.0, -8.0, -50.0, 45.0, 10.0, 70.0, 10.0, -5.0, 4.0)
+def bench(robot: RobotFile) -> Bench:
+    return standing(robot)
 
 
 def test_a_reachable_pose_is_reached_within_all_limits(robot: RobotFile, bench: Bench) -> None:
@@ -205,78 +163,6 @@ def test_a_zero_axis_turns_by_nothing(bench: Bench) -> None:
         assert ask(bench, IkRequest(poses=(pose,))).ok
 
 
-HERE = at(-0.3, 0.2, 0.05)
-
-
-@pytest.mark.parametrize(
-    ("request_", "expected"),
-    [
-        (IkRequest(poses=()), "0 poses; between 1 and 5000"),
-        (IkRequest(poses=(HERE,) * 5001), "5001 poses"),
-        (IkRequest(poses=(HERE, at(NAN, 0.0, 0.0))), "pose 1: target position is not finite"),
-        (IkRequest(poses=(at(1e300, 0.0, 0.0),)), "pose 0: target position (1e+300, 0.0, 0.0) is"),
-        (
-            IkRequest(poses=(PoseTarget(tips=(TipPose(rotation_rad=(NAN, 0.0, 0.0)),)),)),
-            "pose 0: rotation vector is not finite",
-        ),
-        (
-            IkRequest(poses=(PoseTarget(tips=(TipPose(rotation_rad=(0.0, 0.0, 0.0, 1.0)),)),)),
-            "pose 0: rotation by 1 rad about an axis of length 0",
-        ),
-        (
-            IkRequest(poses=(PoseTarget(tips=(TipPose(rotation_rad=(NAN, 0.0, 0.0, 1.0)),)),)),
-            "pose 0: rotation by 1 rad about an axis of length nan",
-        ),
-        (
-            IkRequest(poses=(PoseTarget(tips=(TipPose(rotation_rad=(1.0, 0.0)),)),)),
-            "pose 0: a rotation is a vector of 3 numbers or axis and angle, 4; not 2",
-        ),
-        (IkRequest(poses=(PoseTarget(tips=()),)), "pose 0: neither position nor orientation"),
-        (IkRequest(poses=(PoseTarget(tips=(TipPose(),)),)), "pose 0: neither position nor"),
-        (IkRequest(poses=(PoseTarget(tips=HERE.tips * 2),)), "pose 0: 2 tips; the limb has 1"),
-        (IkRequest(poses=(HERE,), limb="tail"), "unknown limb 'tail'; there are: right_arm"),
-        (IkRequest(poses=(HERE,), start_rad=(0.0,) * 9), "start has shape (9,), expected (10,)"),
-        (IkRequest(poses=(HERE,), start_rad=(NAN,) * 10), "start is not finite"),
-        (IkRequest(poses=(HERE,), start_rad=(1e100,) * 10), "start: a joint at more than 100 rad"),
-        (IkRequest(poses=(HERE,), deadline_ms=-1.0), "a deadline of -1.0 ms"),
-        (IkRequest(poses=(HERE,), deadline_ms=NAN), "a deadline of nan ms"),
-        (
-            IkRequest(poses=(HERE,), setup=LimbSetup(limb="left_arm")),
-            "a set-up of 'left_arm' for 'right_arm'",
-        ),
-        (
-            IkRequest(poses=(HERE,), setup=LimbSetup(limb="", solver="magic")),
-            "unknown solver 'magic'; known: sqp, ipopt, fatrop",
-        ),
-        (
-            IkRequest(poses=(HERE,), setup=LimbSetup(limb="", rest_rad=(0.0,))),
-            "rest_rad has 1 values; the limb has 10 joints",
-        ),
-        (
-            IkRequest(poses=(HERE,), setup=LimbSetup(limb="", lower_rad=(9.0,) * 10)),
-            "joint 0: lower limit 9.0 above upper",
-        ),
-    ],
-)
-def test_what_is_no_request_is_refused_with_the_reason(
-    bench: Bench, request_: IkRequest, expected: str
-) -> None:
-    assert expected in refusal(bench, request_)
-
-
-def test_refusals_are_counted(bench: Bench) -> None:
-    assert ask(bench, IkRequest(poses=())).statistics.refused == 1
-    ask(bench, IkRequest(poses=(HERE,), limb="tail"))
-    reply = ask(bench, IkRequest(poses=(HERE,)))
-    assert (reply.statistics.refused, reply.statistics.solves) == (2, 1)
-
-
-def test_a_posture_that_is_not_known_must_be_given(robot: RobotFile) -> None:
-    bench = Bench(Ik(robot))
-    assert "measured posture is not known" in refusal(bench, IkRequest(poses=(HERE,)))
-    assert ask(bench, IkRequest(poses=(HERE,), start_rad=HOME_RAD)).ok
-
-
 def test_a_start_outside_the_limits_is_brought_inside(robot: RobotFile, bench: Bench) -> None:
     wild = (3.0, -3.0, 3.0, 1.0, -1.0, 0.5, 3.0, 2.0, 2.0, -2.0)
     reply = ask(bench, IkRequest(poses=(HERE,), start_rad=wild))
@@ -337,9 +223,7 @@ def test_without_a_setup_of_its_own_a_request_keeps_to_the_one_in_use(bench: Ben
 
 def test_both_arms_are_asked_for_two_poses_at_once() -> None:
     arms = load_robot("icub:arms")
-    bench = Bench(Ik(arms))
-    for part, state in arms_at(arms).items():
-        bench.put(JOINT_STATE[part], state)
+    bench = standing(arms)
     pair = PoseTarget(
         tips=(TipPose(position_m=(-0.3, -0.15, 0.1)), TipPose(position_m=(-0.32, 0.2, 0.05)))
     )
