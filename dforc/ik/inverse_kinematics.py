@@ -105,8 +105,12 @@ class InverseKinematics:
         raw = self._solver.solve(self._problem, asked, q_start, bounds, 0.0, budget)
         best = self._checked(asked, q_start, bounds, raw)
         used = raw.iterations
-        for other in other_starts(self._problem, q_start, bounds)[: max(0, starts - 1)]:
+        others = other_starts(self._problem, q_start, bounds)
+        for _ in range(starts - 1):
             if self._is_good(best) or used >= budget:
+                break
+            other = next(others, None)
+            if other is None:
                 break
             raw = self._solver.solve(self._problem, asked, other, bounds, 0.0, budget - used)
             used += raw.iterations

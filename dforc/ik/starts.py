@@ -1,5 +1,8 @@
 """Other postures for a search to begin from, when the first one ends beside the pose."""
 
+from collections.abc import Iterator
+from functools import cache
+
 import numpy as np
 
 from dforc.arrays import Vector
@@ -8,26 +11,29 @@ from dforc.ik.solver import SearchBounds
 
 # Parts of each joint's range, spread by the golden ratios of several dimensions: the same for all.
 COUNT = 7
+OUTSIDE = 1e-6  # a row may be missed by, where a blocked joint stands in the way of the projection
+NEAR_RAD = 1e-3  # a start this near is the same one
 
 
-def other_starts(problem: IkProblem, q_start: Vector, bounds: SearchBounds) -> list[Vector]:
+def other_starts(problem: IkProblem, q_start: Vector, bounds: SearchBounds) -> Iterator[Vector]:
     """The rest posture, then postures spread over the room of this search, inside all limits."""
     n = problem.n
     lower, upper = bounds.lower[:n], bounds.upper[:n]
     room = np.minimum(upper, lower + 2.0 * np.pi) - lower
     root = _root(n)
     share = np.array([root ** -(j + 1) for j in range(n)])
-    spread = [(0.5 + (k + 1) * share) % 1.0 for k in range(COUNT)]
-    wanted = [problem.rest_rad, *(lower + part * room for part in spread)]
-    starts = []
-    for q in wanted:
+    for k in range(COUNT + 1):
+        q = problem.rest_rad if k == 0 else lower + ((0.5 + k * share) % 1.0) * room
         inside = problem.limits.project(np.minimum(np.maximum(q, lower), upper))
         inside = np.minimum(np.maximum(inside, lower), upper)  # blocked joints stay
-        if problem.limits.violation(inside) <= 1e-6 and np.abs(inside - q_start).max() > 1e-3:
-            starts.append(inside)
-    return starts
+        if (
+            problem.limits.violation(inside) <= OUTSIDE
+            and np.abs(inside - q_start).max() > NEAR_RAD
+        ):
+            yield inside
 
 
+@cache
 def _root(n: int) -> float:
     """The root of x^(n + 1) = x + 1 (Roberts' low-discrepancy sequence)."""
     x = 1.5

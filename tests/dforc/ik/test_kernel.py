@@ -31,8 +31,8 @@ def test_chain_ends_where_the_model_says(model: RobotModel, postures: list[Vecto
         assert origins[10] == pytest.approx(p, abs=1e-13)
         assert origins[11:] == pytest.approx(R, abs=1e-13)
         J = model.tip_jacobian(q)
-        assert axes[:10].T == pytest.approx(J[3:], abs=1e-12)
-        assert np.cross(axes[:10], p - origins[:10]).T == pytest.approx(J[:3], abs=1e-12)
+        assert pytest.approx(J[3:], abs=1e-12) == axes[:10].T
+        assert pytest.approx(J[:3], abs=1e-12) == np.cross(axes[:10], p - origins[:10]).T
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_derivatives_are_exact_where_position_is_the_condition(
     for q in postures[:5]:
         g, H, g_d, H_d = expanded(model, q, (CONDITION, COST), radii, free)
         assert g == pytest.approx(g_d, abs=1e-6)
-        assert H == pytest.approx(H_d, abs=1e-5)
+        assert pytest.approx(H_d, abs=1e-5) == H
 
 
 def test_gradient_is_exact_where_orientation_is_the_condition(
