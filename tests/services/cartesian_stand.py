@@ -6,6 +6,7 @@ import numpy as np
 
 from dforc import rotation
 from dforc.arrays import Vector
+from dforc.robot_model import RobotModel
 from services.cartesian import Cartesian
 from services.core.clock import VirtualClock
 from services.core.service import CallFailed, Inputs, Outputs, Period, Service
@@ -116,6 +117,7 @@ class Stand:
                 limb_joints(robot, limb), np.radians(find_limb(robot, limb).home_deg), strict=True
             )
         }
+        self._models: dict[str, tuple[RobotModel, ...]] = {}
         self.clock = VirtualClock()
         self.joints = Joints(robot, home)
         self.caller = Caller(writes)
@@ -175,7 +177,9 @@ class Stand:
     def hands(self, limb: str = "right_arm") -> list[tuple[Vector, Vector]]:
         """Rotation and position of the limb's tips, by the joints as they are."""
         q = np.array([self.joints.q_rad[joint] for joint in limb_joints(self.robot, limb)])
-        return [model.tip_pose(q) for model in limb_models(self.robot, limb)]
+        if limb not in self._models:
+            self._models[limb] = limb_models(self.robot, limb)
+        return [model.tip_pose(q) for model in self._models[limb]]
 
     def kinds(self, motion: int) -> list[str]:
         """Kinds of a motion's events, in order."""

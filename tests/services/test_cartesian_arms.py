@@ -5,8 +5,11 @@ import pytest
 
 from dforc.arrays import Vector
 from services.config import load_robot
+from services.core.service import Outputs
 from services.reaching.arm_choice import nearer_arm
 from services.reaching.messages import TipPose
+from services.streams import EXTERNAL
+from services.wholebody.dynamics_messages import ContactEstimate, Contacts
 from tests.services.cartesian_stand import Stand
 
 HANDS_M = {"left_arm": (-0.3, -0.2, 0.0), "right_arm": (-0.3, 0.2, 0.0)}
@@ -99,6 +102,33 @@ def test_the_waist_goes_on_from_where_the_other_arm_left_it(stand: Stand) -> Non
     stand.run(0.05)
     first = next(c for part, c in stand.joints.commands[count:] if part == "torso")
     assert first.q_rad == pytest.approx(before, abs=1e-3)
+
+
+def test_a_push_on_the_arm_in_use_is_felt_by_its_own_sensor() -> None:
+    stand = Stand(load_robot("icub:arms"), writes=(EXTERNAL,))
+
+    def push(now_ns: int, outputs: Outputs) -> None:
+        felt = [("l_arm_ft", (0.0, 0.0, -20.0)), ("r_arm_ft", (5.0, 0.0, 0.0))]
+        contacts = tuple(
+            ContactEstimate(
+                limb="",
+                link="",
+                point_m=(0.0, 0.0, 0.0),
+                force_n=force_n,
+                moment_nm=(0.0, 0.0, 0.0),
+                touching=True,
+                location="assumed",
+                sensor=sensor,
+            )
+            for sensor, force_n in felt
+        )
+        outputs.put(EXTERNAL, Contacts(stamp_ns=now_ns, contacts=contacts))
+
+    stand.caller.stream = push
+    stand.go((-0.05, 0.0, 0.05), "left_arm")
+    stand.run(0.1)
+    assert stand.status.external_force_n == pytest.approx(20.0)
+    assert stand.status.gated
 
 
 def test_one_arm_alone_knows_no_other() -> None:

@@ -7,6 +7,7 @@ import pytest
 from services.config import load_robot
 from services.core.service import Outputs
 from services.messages import CartesianStatus, VirtualPoint
+from services.robotfile.robot_tables import RobotFile
 from services.streams import VIRTUAL_POINT
 from tests.services.cartesian_stand import FAULT, IDLE, Stand
 
@@ -14,7 +15,12 @@ UP_M = (-0.05, 0.0, 0.05)
 
 
 @pytest.fixture
-def stand() -> Stand:
+def stand(robot: RobotFile) -> Stand:
+    return Stand(robot, writes=(VIRTUAL_POINT,))
+
+
+@pytest.fixture
+def arms() -> Stand:
     return Stand(load_robot("icub:arms"), writes=(VIRTUAL_POINT,))
 
 
@@ -222,10 +228,10 @@ def test_a_stop_ends_the_following_of_a_stream(stand: Stand) -> None:
     assert mode_after(stand, 1.0) == "idle"
 
 
-def test_a_stream_stops_the_other_limb_before_its_own_moves(stand: Stand) -> None:
-    stand.go(UP_M, "left_arm")
-    stand.run(0.8)
-    stream_of_points(stand)  # of the main job's limb, the right arm
-    assert stand.wait(1).outcome == "taken over"
-    assert mode_after(stand, 0.3) == "field"
-    assert stand.status.limb == "right_arm"
+def test_a_stream_stops_the_other_limb_before_its_own_moves(arms: Stand) -> None:
+    arms.go(UP_M, "left_arm")
+    arms.run(0.8)
+    stream_of_points(arms)  # of the main job's limb, the right arm
+    assert arms.wait(1).outcome == "taken over"
+    assert mode_after(arms, 0.3) == "field"
+    assert arms.status.limb == "right_arm"

@@ -7,6 +7,7 @@ from services.config import load_robot
 from services.reaching.cartesian_messages import TipVelocity
 from services.reaching.limb import limb_joints
 from services.reaching.messages import TipOffset, TipPose
+from services.robotfile.robot_tables import RobotFile
 from tests.services.cartesian_stand import Stand
 
 UP_M = (-0.05, 0.0, 0.05)  # forward and up by 7 cm
@@ -14,7 +15,12 @@ TORSO = ("torso_yaw", "torso_roll", "torso_pitch")
 
 
 @pytest.fixture
-def stand() -> Stand:
+def stand(robot: RobotFile) -> Stand:
+    return Stand(robot)
+
+
+@pytest.fixture
+def arms() -> Stand:
     return Stand(load_robot("icub:arms"))
 
 
@@ -49,21 +55,21 @@ def test_a_position_leaves_the_orientation_free(stand: Stand) -> None:
     assert np.abs(after[0] - turned).max() > 0.01
 
 
-def test_both_hands_go_at_once_over_one_waist(stand: Stand) -> None:
-    before = stand.hands("both_arms")
+def test_both_hands_go_at_once_over_one_waist(arms: Stand) -> None:
+    before = arms.hands("both_arms")
     offsets = ((-0.06, 0.0, 0.04), (-0.03, 0.02, 0.06))
-    assert stand.go(offsets, "both_arms").ok
-    assert stand.wait(1).outcome == "reached"
+    assert arms.go(offsets, "both_arms").ok
+    assert arms.wait(1).outcome == "reached"
     for (_, place), (_, start), offset in zip(
-        stand.hands("both_arms"), before, offsets, strict=True
+        arms.hands("both_arms"), before, offsets, strict=True
     ):
         assert place - start == pytest.approx(offset, abs=1e-3)
 
 
-def test_a_hand_that_is_free_is_not_asked_for(stand: Stand) -> None:
-    left, _ = stand.poses(((-0.05, 0.0, 0.05), (0.0, 0.0, 0.0)), "both_arms")
-    assert stand.ask("go", "both_arms", poses=(left, None)).ok
-    assert stand.wait(1).outcome == "reached"
+def test_a_hand_that_is_free_is_not_asked_for(arms: Stand) -> None:
+    left, _ = arms.poses(((-0.05, 0.0, 0.05), (0.0, 0.0, 0.0)), "both_arms")
+    assert arms.ask("go", "both_arms", poses=(left, None)).ok
+    assert arms.wait(1).outcome == "reached"
 
 
 def test_a_pose_out_of_reach_is_refused_with_the_distance_and_nothing_moves(stand: Stand) -> None:
@@ -106,21 +112,21 @@ def test_what_is_no_pose_is_refused(stand: Stand, fields: dict[str, object], rea
     assert stand.joints.commands == []
 
 
-def test_a_limb_that_is_none_is_refused_with_those_there_are(stand: Stand) -> None:
-    reply = stand.ask("pose", "nose")
+def test_a_limb_that_is_none_is_refused_with_those_there_are(arms: Stand) -> None:
+    reply = arms.ask("pose", "nose")
     assert not reply.ok
     assert "left_arm, right_arm, both_arms, auto" in reply.reason
 
 
-def test_poses_are_told_of_every_hand_and_of_joints(stand: Stand) -> None:
-    left, right = stand.hands("both_arms")
-    reply = stand.ask("pose", "both_arms")
+def test_poses_are_told_of_every_hand_and_of_joints(arms: Stand) -> None:
+    left, right = arms.hands("both_arms")
+    reply = arms.ask("pose", "both_arms")
     assert reply.poses[0].position_m == pytest.approx(left[1])
     assert reply.poses[1].position_m == pytest.approx(right[1])
-    assert reply.joints == limb_joints(stand.robot, "both_arms")
-    waist = stand.ask("pose", axis="torso_yaw").poses[0]
-    assert stand.ask("pose", axis="0").poses[0] != waist
-    assert not stand.ask("pose", axis="10").ok
+    assert reply.joints == limb_joints(arms.robot, "both_arms")
+    waist = arms.ask("pose", axis="torso_yaw").poses[0]
+    assert arms.ask("pose", axis="0").poses[0] != waist
+    assert not arms.ask("pose", axis="10").ok
 
 
 def test_the_pose_of_the_last_joint_and_of_the_hand_are_one_rigid_body(stand: Stand) -> None:
@@ -150,13 +156,13 @@ def test_a_pose_that_is_not_known_is_refused_and_never_zero(stand: Stand) -> Non
     assert not stand.ask("ask", poses=(TipPose(position_m=(-0.3, 0.2, 0.1)),)).ok
 
 
-def test_nothing_is_desired_before_the_first_motion(stand: Stand) -> None:
-    assert not stand.ask("desired").ok
-    stand.go(UP_M)
-    desired = stand.ask("desired")
-    stand.wait(1)
-    assert desired.poses[0].position_m == pytest.approx(stand.hands()[0][1], abs=1e-4)
-    assert not stand.ask("desired", "left_arm").ok
+def test_nothing_is_desired_before_the_first_motion(arms: Stand) -> None:
+    assert not arms.ask("desired").ok
+    arms.go(UP_M)
+    desired = arms.ask("desired")
+    arms.wait(1)
+    assert desired.poses[0].position_m == pytest.approx(arms.hands()[0][1], abs=1e-4)
+    assert not arms.ask("desired", "left_arm").ok
 
 
 def test_asking_for_a_pose_moves_nothing_and_starts_where_it_is_told(stand: Stand) -> None:
@@ -280,8 +286,8 @@ def test_a_motion_starts_where_the_set_points_are(stand: Stand) -> None:
     assert first.q_rad[3] == pytest.approx(elbow, abs=1e-4)
 
 
-def test_information_lists_limbs_joints_and_what_can_be_asked(stand: Stand) -> None:
-    info = stand.ask("info").info
+def test_information_lists_limbs_joints_and_what_can_be_asked(arms: Stand) -> None:
+    info = arms.ask("info").info
     assert info is not None
     assert [limb.name for limb in info.limbs] == ["left_arm", "right_arm", "both_arms"]
     both = info.limbs[2]
@@ -289,7 +295,7 @@ def test_information_lists_limbs_joints_and_what_can_be_asked(stand: Stand) -> N
     assert len(both.joints) == 17
     assert ("r_shoulder_pitch", "r_shoulder_roll", "r_shoulder_yaw") in both.together
     assert {"go", "ask", "pose", "stop", "watch"} <= set(info.actions)
-    assert not stand.ask("dance").ok
+    assert not arms.ask("dance").ok
 
 
 def test_a_tip_frame_goes_to_the_pose_in_the_place_of_the_hand(stand: Stand) -> None:

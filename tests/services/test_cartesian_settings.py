@@ -6,6 +6,7 @@ import pytest
 from services.config import load_robot
 from services.reaching.cartesian_messages import CartesianReply, CartesianSettings
 from services.reaching.messages import TipPose
+from services.robotfile.robot_tables import RobotFile
 from tests.services.cartesian_stand import IDLE, Stand
 
 UP_M = (-0.05, 0.0, 0.05)
@@ -14,7 +15,12 @@ TORSO_OFF = (("torso_pitch", False), ("torso_roll", False), ("torso_yaw", False)
 
 
 @pytest.fixture
-def stand() -> Stand:
+def stand(robot: RobotFile) -> Stand:
+    return Stand(robot)
+
+
+@pytest.fixture
+def arms() -> Stand:
     return Stand(load_robot("icub:arms"))
 
 
@@ -277,20 +283,20 @@ def test_contexts_keep_settings_and_give_them_back(stand: Stand) -> None:
     assert stand.ask("store").context == 2  # numbers never come again
 
 
-def test_a_context_of_one_limb_is_not_that_of_another(stand: Stand) -> None:
-    stand.set(trajectory_time_s=0.7)
-    number = stand.ask("store").context
-    assert not stand.ask("restore", "left_arm", context=number).ok
-    assert stand.set("left_arm", trajectory_time_s=0.9).ok
-    assert settings_of(stand.ask("get")).trajectory_time_s == 0.7
+def test_a_context_of_one_limb_is_not_that_of_another(arms: Stand) -> None:
+    arms.set(trajectory_time_s=0.7)
+    number = arms.ask("store").context
+    assert not arms.ask("restore", "left_arm", context=number).ok
+    assert arms.set("left_arm", trajectory_time_s=0.9).ok
+    assert settings_of(arms.ask("get")).trajectory_time_s == 0.7
 
 
-def test_settings_of_auto_are_those_of_every_arm(stand: Stand) -> None:
-    assert stand.set("auto", trajectory_time_s=0.9).ok
+def test_settings_of_auto_are_those_of_every_arm(arms: Stand) -> None:
+    assert arms.set("auto", trajectory_time_s=0.9).ok
     for limb in ("left_arm", "right_arm"):
-        assert settings_of(stand.ask("get", limb)).trajectory_time_s == 0.9
-    assert settings_of(stand.ask("get", "both_arms")).trajectory_time_s == 2.0
-    assert not stand.set("auto", free=(("r_elbow", False),)).ok
+        assert settings_of(arms.ask("get", limb)).trajectory_time_s == 0.9
+    assert settings_of(arms.ask("get", "both_arms")).trajectory_time_s == 2.0
+    assert not arms.set("auto", free=(("r_elbow", False),)).ok
 
 
 def test_a_hundred_contexts_are_enough(stand: Stand) -> None:

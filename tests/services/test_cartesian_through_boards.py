@@ -49,6 +49,7 @@ class Errand(ScriptedService):
         self.motions: list[MotionState] = []
         self.hands: list[list[Vector]] = []  # at the end of each motion
         self.started: list[Vector] = []
+        self.limbs: list[str] = []  # that went
         self.truth: PlantTruth | None = None
         super().__init__(limb_joints(robot, limb))
 
@@ -64,6 +65,9 @@ class Errand(ScriptedService):
         yield from self.ask("position-direct mode", "mode", value="direct")
         places = self.places()
         self.started = places
+        yield from self.run_errand(places)
+
+    def run_errand(self, places: list[Vector]) -> Script:
         for way_m in self.ways_m:
             places = [place + step for place, step in zip(places, way_m, strict=True)]
             yield from self.go(places)
@@ -78,12 +82,17 @@ class Errand(ScriptedService):
             )
             for place, turned in zip(places, turns, strict=True)
         )
-        request = CartesianRequest(action="go", limb=self.limb, poses=poses, duration_s=1.5)
+        yield from self.send(
+            CartesianRequest(action="go", limb=self.limb, poses=poses, duration_s=1.5)
+        )
+
+    def send(self, request: CartesianRequest) -> Script:
         token = self.outputs.call(CARTESIAN_CALL, request)
         yield from self.until(lambda: token in self.answers, 5.0, "an answer")
         reply = self.answers[token]
         assert isinstance(reply, CartesianReply)
         assert reply.ok, reply.reason
+        self.limbs.append(reply.limb)
         yield from self.until(
             lambda: bool(self.events) and self.events[-1].kind == "motion-done", 12.0, "the end"
         )
@@ -98,8 +107,20 @@ class Errand(ScriptedService):
         return [model.tip_pose(q)[1] for model in self.models]
 
 
-def run(robot: RobotFile, limb: str, ways_m: Sequence[Sequence[Vector]]) -> Errand:
-    errand = Errand(robot, limb, ways_m)
+class NearerHand(Errand):
+    """Sends whichever hand is nearer to places beside the left and the right one."""
+
+    def run_errand(self, places: list[Vector]) -> Script:
+        middle = 0.5 * (places[0] + places[1])
+        for share in (1.0, -1.0, 0.05, -0.05):
+            place = middle + share * 0.5 * (places[0] - places[1]) + np.array([-0.04, 0.0, 0.04])
+            x, y, z = place.tolist()
+            pose = TipPose(position_m=(x, y, z))
+            request = CartesianRequest(action="go", limb="auto", poses=(pose,), nearest=True)
+            yield from self.send(request)
+
+
+def run(errand: Errand, robot: RobotFile) -> Errand:
     simulation = Simulation(robot, guests={"errand": errand})
     assert simulation.executor.run(60.0, lambda: errand.finished)
     simulation.close()
@@ -119,10 +140,18 @@ def assert_on_line(errand: Errand, ways_m: Sequence[Sequence[Vector]]) -> None:
 
 def test_one_hand_goes_to_two_poses(robot: RobotFile) -> None:
     ways_m = ((np.array([-0.08, -0.03, 0.05]),), (np.array([0.03, 0.05, 0.02]),))
-    assert_on_line(run(robot, "right_arm", ways_m), ways_m)
+    assert_on_line(run(Errand(robot, "right_arm", ways_m), robot), ways_m)
 
 
 def test_both_hands_go_to_two_poses_at_once() -> None:
     both = (np.array([-0.05, 0.02, 0.05]), np.array([-0.05, -0.02, 0.03]))
     ways_m = (both, (-both[0], -both[1]))
-    assert_on_line(run(load_robot("icub:arms"), "both_arms", ways_m), ways_m)
+    robot = load_robot("icub:arms")
+    assert_on_line(run(Errand(robot, "both_arms", ways_m), robot), ways_m)
+
+
+def test_the_nearer_hand_goes_and_the_middle_does_not_make_them_take_turns() -> None:
+    robot = load_robot("icub:arms")
+    errand = run(NearerHand(robot, "both_arms", ()), robot)
+    assert errand.limbs == ["left_arm", "right_arm", "right_arm", "right_arm"]
+    assert {motion.outcome for motion in errand.motions} == {"reached"}
