@@ -55,6 +55,7 @@ class Coupling:
         v_task: Matrix,
         active: Matrix,
         free: Vector,
+        stiffness: float,
         bounds: tuple[Vector, Vector],
         period_s: float,
     ) -> tuple[Vector, bool]:
@@ -68,6 +69,7 @@ class Coupling:
             v_task: v_x (k, 6), linear [m/s] then angular [rad/s].
             active: (k, 6), 1 where v_x counts.
             free: (n,), 0 for a joint that moves by v_q whatever happens.
+            stiffness: weight of the joints' own speeds, 1 but for a tip that cannot go on.
             bounds: lower and upper of C q (m,) at the period's end.
             period_s: how long the speeds will be applied.
         """
@@ -78,6 +80,7 @@ class Coupling:
             active,
             self._weights,
             free,
+            stiffness,
             v_joint,
             v_before,
             self._C,

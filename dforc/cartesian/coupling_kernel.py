@@ -108,6 +108,7 @@ def plan_speeds(
     active: Matrix,
     weights: Vector,
     free: Vector,
+    stiffness: float,
     v_joint: Vector,
     v_before: Vector,
     C: Matrix,
@@ -129,7 +130,7 @@ def plan_speeds(
     n, m = len(v_joint), len(values)
     H, g = np.zeros((n, n)), np.empty(n)
     for j in range(n):
-        H[j, j] = 1.0 if free[j] != 0.0 else BLOCKED
+        H[j, j] = stiffness if free[j] != 0.0 else BLOCKED
         g[j] = -H[j, j] * v_joint[j]
     for tip in range(len(v_task)):
         add_task(J[6 * tip : 6 * tip + 6], v_task[tip], active[tip], weights, free, v_joint, H, g)

@@ -12,12 +12,14 @@ from dforc.cartesian.min_jerk import run_cubic, run_lag, run_quintic
 from dforc.cartesian.params import CartesianParams, Law
 from dforc.cartesian.rotation_kernel import pose_errors
 from dforc.cartesian.state import CartesianState, Generators, Outside, Poses, TipKinematics
+from dforc.cartesian.targets import JUMP_M
 from dforc.limits import JointLimits
 
 RETURN_S = 1.0  # in which a plan that began outside its limits comes back in
 SPEED_ERROR_PERIODS = 3.0  # in which speed mode makes up for what the tips lost
 # While limits hold a tip back it asks for no more speed than this adds in a period: a pose out of
 # reach is leant against, not hammered at.
+STIFF = 1e4  # weight of the joints' own speeds meanwhile
 LEANING = np.array([10.0] * 3 + [30.0] * 3)  # m/s^2, rad/s^2
 OUTSIDE = 1e-9
 
@@ -62,7 +64,8 @@ class Planner:
         v_joint = self._joint_speeds(generators, aim, q)
         v_task, aim = self._task_speeds(generators, aim, poses)
         asked = self._eased(state, v_task) if state.limited else v_task
-        dq, limited = self._coupled(state, J, v_joint, asked, aim)
+        stiff = STIFF if state.limited and self._leans(aim, poses) else 1.0
+        dq, limited = self._coupled(state, J, v_joint, asked, aim, stiff)
         if limited:  # what limits took from the task's speed leaves its generator, or it winds up
             moved = (J @ dq).reshape(v_task.shape)
             generators.task_velocity[:] += (moved - v_task) * aim.active
@@ -101,6 +104,13 @@ class Planner:
         left = (1.0 - s * s * s * (10.0 - s * (15.0 - 6.0 * s))) * outside.distance
         return self._lower - left, self._upper + left
 
+    def _leans(self, aim: Aim, poses: Poses) -> bool:
+        """Whether the time is over and a tip is not there."""
+        if aim.mode is not Mode.REACH or aim.task_time_s > self._params.following_time_s:
+            return False
+        away = (poses.position - aim.position) * aim.active[:, :3]
+        return float(np.abs(away).max()) > JUMP_M
+
     def _eased(self, state: CartesianState, v_task: Matrix) -> Matrix:
         now = state.generators.task_velocity
         more = LEANING * self._params.period_s
@@ -108,7 +118,13 @@ class Planner:
         return eased
 
     def _coupled(
-        self, state: CartesianState, J: Matrix, v_joint: Vector, v_task: Matrix, aim: Aim
+        self,
+        state: CartesianState,
+        J: Matrix,
+        v_joint: Vector,
+        v_task: Matrix,
+        aim: Aim,
+        stiffness: float,
     ) -> tuple[Vector, bool]:
         return self.coupling.speeds(
             state.q_plan,
@@ -118,6 +134,7 @@ class Planner:
             v_task,
             aim.active,
             self._free,
+            stiffness,
             self.bounds(state.outside),
             self._params.period_s,
         )

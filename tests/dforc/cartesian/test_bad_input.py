@@ -155,21 +155,21 @@ def test_pose_out_of_reach_is_approached_without_leaving_limits_or_trembling(
 
 
 @pytest.mark.parametrize(
-    "change",
+    "params",
     [
-        {"trajectory_time_s": 0.0},
-        {"trajectory_time_s": np.nan},
-        {"stop_time_s": -1.0},
-        {"period_s": 0.0},
-        {"coupling": CouplingParams(gamma=0.0)},
-        {"coupling": CouplingParams(gamma=np.inf)},
+        CartesianParams(trajectory_time_s=0.0),
+        CartesianParams(trajectory_time_s=np.nan),
+        CartesianParams(stop_time_s=-1.0),
+        CartesianParams(period_s=0.0),
+        CartesianParams(coupling=CouplingParams(gamma=0.0)),
+        CartesianParams(coupling=CouplingParams(gamma=np.inf)),
     ],
 )
 def test_tuning_that_is_none_is_refused(
-    tip: Tip, limits: JointLimits, change: dict[str, float]
+    tip: Tip, limits: JointLimits, params: CartesianParams
 ) -> None:
     with pytest.raises(ParameterError):
-        CartesianController([tip], limits, replace(CartesianParams(), **change))
+        CartesianController([tip], limits, params)
 
 
 def test_wrong_numbers_of_joints_and_tips_are_refused(

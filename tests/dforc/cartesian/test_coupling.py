@@ -27,7 +27,9 @@ def speeds(
     bounds = np.array(limits.lower), np.array(limits.upper)
     J = np.ascontiguousarray(J)
     rest = np.zeros(10)
-    return coupling.speeds(q, J, v_joint, rest, v_task.reshape(1, 6), ALL, free, bounds, PERIOD_S)
+    return coupling.speeds(
+        q, J, v_joint, rest, v_task.reshape(1, 6), ALL, free, 1.0, bounds, PERIOD_S
+    )
 
 
 def unhurried(speed_limit_rad_s: float, **others: float) -> CouplingParams:
@@ -156,6 +158,7 @@ def test_joint_may_come_near_its_limit_only_as_fast_as_it_can_brake(
         none,
         none,
         FREE,
+        1.0,
         (np.array(limits.lower), np.array(limits.upper)),
         PERIOD_S,
     )

@@ -1,5 +1,7 @@
 """Speeds of the tips as the target: taken up, held, ended, and kept inside the limits."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -18,7 +20,7 @@ UP = SpeedTarget(tips=[TipSpeed(linear_m_s=(0.0, 0.03, 0.05))])
 
 
 def drive(
-    controller: CartesianController, q_start: Vector, targets: list[Target | None]
+    controller: CartesianController, q_start: Vector, targets: Sequence[Target | None]
 ) -> list[CartesianOutput]:
     state, outputs = controller.start(q_start), []
     for target in targets:
@@ -37,14 +39,14 @@ def test_hand_takes_up_the_speed_in_its_time_and_keeps_line_and_orientation(
     tip: Tip, limits: JointLimits, home: Vector, law: Law
 ) -> None:
     controller = CartesianController([tip], limits, CartesianParams(law=law))
-    outputs = drive(controller, home, [UP] * 150)
+    outputs = drive(controller, home, [UP] * 100)  # then the wrist meets its limit
     velocity = np.diff(positions(tip, outputs), axis=0) / PERIOD_S
-    assert velocity[30:] == pytest.approx(np.tile([0.0, 0.03, 0.05], (119, 1)), abs=2e-4)
+    assert velocity[30:] == pytest.approx(np.tile([0.0, 0.03, 0.05], (69, 1)), abs=2e-4)
     assert velocity[14] == pytest.approx([0.0, 0.015, 0.025], abs=3e-3)  # half way, half the speed
     R, start = tip.pose(home)
     end_R, end = tip.pose(outputs[-1].plan_q_rad)
-    assert end == pytest.approx(start + (1.5 - 0.15) * np.array([0.0, 0.03, 0.05]), abs=3e-4)
-    assert angle_between(end_R, R) < 2e-3
+    assert end == pytest.approx(start + (1.0 - 0.15) * np.array([0.0, 0.03, 0.05]), abs=3e-4)
+    assert angle_between(end_R, R) < 5e-4
     assert not outputs[-1].in_target
 
 

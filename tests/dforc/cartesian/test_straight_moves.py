@@ -74,7 +74,7 @@ def test_hand_keeps_to_the_straight_line_and_to_minimum_jerk(
         start, goal = positions[0], tip.pose(move[1])[1]
         way, length = goal - start, float(np.linalg.norm(goal - start))
         share = (positions - start) @ way / length**2
-        times = np.arange(len(positions)) * PERIOD_S
+        times: Vector = np.arange(len(positions), dtype=np.float64) * PERIOD_S
         across.append(
             np.linalg.norm(positions - start - np.outer(share, way), axis=1).max() / length
         )
