@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from dforc import rotation
-from services.cartesian import vector3
 from services.config import load_robot
 from services.messages import CartesianStatus, JointState
 from services.reaching.limb import limb_model
+from services.reaching.tip_poses import vector3
 from services.robotfile.robot_tables import RobotFile
 from tests.services.postures import posture
 
