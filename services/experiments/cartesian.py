@@ -24,6 +24,7 @@ from services.experiments.cartesian_rows import OWN, Cell, all_rows, print_table
 from services.experiments.cartesian_runs import IDEAL, LAGGED, offline_runs
 from services.experiments.reporting import tell_motion, working
 from services.experiments.rows import Row, publish, write
+from services.reaching.limb import find_limb
 from services.robotfile.robot_tables import RobotFile
 
 LIMB = "right_arm"  # whose poses the public material holds
@@ -58,6 +59,7 @@ def cartesian(
     names = _known("--controller", controllers, NAMES)
     contenders = [contender for contender in CONTENDERS if contender.name in names]
     robot_file = load_robot(robot)
+    find_limb(robot_file, LIMB)  # before anything takes time
     console = Console()
     with working(console, "Cartesian controllers on the right hand") as tell:
         work = _work(robot_file, short=short)

@@ -33,16 +33,35 @@ class Metric:
     heading: str  # of the table
     unit: str
     meaning: str
+    first: bool = True  # also shown where there is little room
 
 
 MOVES = (
     Metric(key="error_mm", heading="error", unit="mm", meaning="position error at rest"),
     Metric(key="error_deg", heading="error", unit="deg", meaning="orientation error at rest"),
     Metric(key="perpendicular", heading="off line", unit="%", meaning="off the straight line"),
-    Metric(key="deviation", heading="off m.j.", unit="%", meaning="off the minimum-jerk motion"),
-    Metric(key="profile", heading="profile", unit="%", meaning="RMS off the minimum-jerk profile"),
+    Metric(
+        key="deviation",
+        heading="off m.j.",
+        unit="%",
+        meaning="off the minimum-jerk motion",
+        first=False,
+    ),
+    Metric(
+        key="profile",
+        heading="profile",
+        unit="%",
+        meaning="RMS off the minimum-jerk profile",
+        first=False,
+    ),
     Metric(key="t98_s", heading="98 %", unit="s", meaning="98 % of the way after"),
-    Metric(key="peak", heading="peak at", unit="t98", meaning="fastest at this share of that"),
+    Metric(
+        key="peak",
+        heading="peak at",
+        unit="t98",
+        meaning="fastest at this share of that",
+        first=False,
+    ),
     Metric(key="jerk", heading="jerk", unit="opt.", meaning="squared jerk over minimum jerk's"),
 )
 CURVE = (
@@ -51,9 +70,7 @@ CURVE = (
     Metric(key="curve_mm", heading="off curve", unit="mm", meaning="mean distance off the curve"),
 )
 CROSSED = (
-    Metric(
-        key="crossed", heading="crossed", unit="%", meaning="beyond a range or row, of the time"
-    ),
+    Metric(key="crossed", heading="crossed", unit="%", meaning="of the time beyond a limit"),
     Metric(key="row_deg", heading="by", unit="deg", meaning="shoulder or elbow row crossed by"),
 )
 BESIDE = (  # in the report alone

@@ -16,12 +16,13 @@ from services.experiments.rows import Row, at_most, within
 OWN = "ulna"
 LAG_SHARE = 0.05 * 0.564  # of T times speed: a twentieth of what iKin's law lags behind
 LEAST_SHOWN = 5e-4
-NARROWEST = 150  # columns of the tables where no terminal says otherwise
-STANDS = {"ideal": "ideal arm", "lagged": "lagging arm", "boards": "boards and CAN"}
+SLOW_M_S = 0.025  # the prototype's lemniscate
+WIDE = 150  # columns of a whole table, and of one that no terminal shows
+STANDS = {"ideal": "ideal arm", "lagged": "lagging arm", "boards": "boards"}
 
 # A prototype that was run before this code was written, on the model iCubGazeboV2_5 with the ideal
 # arm, T = 1 s: on this pair of poses where a number exists, else the median of ten random moves.
-# Lemniscate: T = 0.6 s, at this speed.
+# Lemniscate: T = 0.6 s, 23 mm/s.
 PROTOTYPE: dict[tuple[str, str, str], Mapping[str, str]] = {
     ("point to point", "ideal", "ulna"): {
         "perpendicular": "0.7",
@@ -82,17 +83,16 @@ class Cell:
 
 def print_tables(console: Console, cells: Sequence[Cell]) -> None:
     """One table for each course and number of joints."""
-    wide = console
-    if not console.is_terminal:
-        wide = Console(width=max(console.width, NARROWEST))
+    wide = console if console.is_terminal else Console(width=max(console.width, WIDE))
     kinds = dict.fromkeys((cell.course.name, cell.degrees_of_freedom) for cell in cells)
     for kind in kinds:
         chosen = [cell for cell in cells if (cell.course.name, cell.degrees_of_freedom) == kind]
-        wide.print(_table(chosen))
+        wide.print(_table(chosen, whole=wide.width >= WIDE))
 
 
-def _table(cells: Sequence[Cell]) -> Table:
-    course, metrics = cells[0].course, shown_metrics(cells[0].course)
+def _table(cells: Sequence[Cell], *, whole: bool) -> Table:
+    course = cells[0].course
+    metrics = [metric for metric in shown_metrics(course) if whole or metric.first]
     title = f"{course.name}, {cells[0].degrees_of_freedom} DoF, T = {course.trajectory_time_s:g} s"
     table = Table(title=title, title_justify="left", caption=_given_up(course))
     table.add_column("arm", no_wrap=True)
@@ -108,9 +108,9 @@ def _table(cells: Sequence[Cell]) -> Table:
         stands = f"{STANDS[cell.plant]}, n = {count}" if cell.plant != before else ""
         table.add_row(stands, cell.controller, *shown)
         known = PROTOTYPE.get((course.name, cell.plant, cell.controller))
-        if known:
+        if known and (course.moves or _speed_m_s(course) < SLOW_M_S):
             beside = [known.get(metric.key, "") for metric in metrics]
-            table.add_row("", "  prototype", *beside, style="dim")
+            table.add_row("", "prototype", *beside, style="dim")
         before = cell.plant
     return table
 
@@ -130,7 +130,7 @@ def _shown(figure: Estimate) -> str:
     if mean < LEAST_SHOWN:
         return "0"
     text = f"{mean:.3g}" if mean < 1e4 else f"{mean:.1e}"
-    return f"{text} ±{half:.2g}" if half > 0.01 * mean else text
+    return f"{text}\n±{half:.2g}" if half > 0.01 * mean else text
 
 
 def all_rows(cells: Sequence[Cell]) -> list[Row]:
@@ -174,8 +174,7 @@ def _barred(cell: Cell, metric: Metric, name: str, value: float) -> Row:
 def _bars(cell: Cell) -> Mapping[str, float]:
     """Upper bars by metric, beside those on limits."""
     if not cell.course.moves:
-        speed_m_s = float(np.linalg.norm(cell.course.velocity_m_s, axis=1).mean())
-        lag_mm = LAG_SHARE * cell.course.trajectory_time_s * speed_m_s * 1e3
+        lag_mm = LAG_SHARE * cell.course.trajectory_time_s * _speed_m_s(cell.course) * 1e3
         return {"tracking_mm": lag_mm} if cell.plant == "ideal" else {}
     if cell.plant == "boards":
         return {"error_mm": 2.0, "error_deg": 1.0}
@@ -183,3 +182,8 @@ def _bars(cell: Cell) -> Mapping[str, float]:
     if cell.plant == "ideal":
         return {**exact, "deviation": 3.0, "profile": 0.5, "jerk": 1.1}
     return {**exact, "jerk": 2.0}
+
+
+def _speed_m_s(course: Course) -> float:
+    """Of a curve."""
+    return float(np.linalg.norm(course.velocity_m_s, axis=1).mean())
