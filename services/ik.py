@@ -53,6 +53,7 @@ class Ik(Service):
     writes = (IK_SOLUTION, IK_STATUS)
     serves = (IK_CALL,)
     trigger = (VIRTUAL_POINT, CARTESIAN_STATUS)
+    timed = VIRTUAL_POINT
 
     def __init__(self, robot: RobotFile) -> None:
         self._limbs = {name: IkLimb(robot, name) for name in robot.limbs}

@@ -10,7 +10,7 @@ import zenoh
 from services.core.clock import NS_PER_S, Clock
 from services.core.gathering import LONGEST_GATHER_NS, Gathering
 from services.core.link import Link, publisher
-from services.core.service import Inputs, Outputs, Period, Service, triggers
+from services.core.service import Inputs, Outputs, Period, Service, is_timed, triggers
 from services.core.timing import Durations
 from services.messages import ServiceStats
 from services.streams import STATS
@@ -144,7 +144,8 @@ class LiveExecutor:
         inputs = self._inputs
         inputs.begin(now_ns)
         self._service.step(now_ns, inputs, self._outputs)
-        self.step_times.add(self._clock.now_ns() - now_ns)
+        if is_timed(self._service, inputs):
+            self.step_times.add(self._clock.now_ns() - now_ns)
         inputs.end()
         if now_ns >= self._report_due_ns:
             self._report(now_ns)

@@ -216,6 +216,8 @@ class Service(ABC):
     Of several streams, what is sent in one step of its sender starts one step here; one that falls
     silent does not hold up the others.
     """
+    timed: AnyStream | None = None
+    """Durations are kept of steps with a message of it, which do the work; None: of all."""
 
     @abstractmethod
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
@@ -226,6 +228,11 @@ class Service(ABC):
 
         Called once, when the process ends and also after an error in step().
         """
+
+
+def is_timed(service: Service, inputs: Inputs) -> bool:
+    """Whether the duration of the step that has just been made counts."""
+    return service.timed is None or inputs.new(service.timed) is not None
 
 
 def triggers(name: str, service: Service) -> tuple[AnyStream, ...]:

@@ -13,7 +13,15 @@ import msgspec
 
 from services.core.clock import NS_PER_MS, VirtualClock, wall_ns
 from services.core.errors import ServiceError
-from services.core.service import CallFailed, Inputs, Outputs, Period, Service, triggers
+from services.core.service import (
+    CallFailed,
+    Inputs,
+    Outputs,
+    Period,
+    Service,
+    is_timed,
+    triggers,
+)
 from services.core.stream import AnyCall, AnyStream
 from services.core.timing import Durations
 
@@ -200,7 +208,8 @@ class VirtualExecutor:
         except Exception as error:
             error.add_note(f"in service {node.name!r}, at {now_ns / NS_PER_MS:.0f} ms")
             raise
-        node.step_times.add(wall_ns() - start_ns)
+        if is_timed(node.service, inputs):
+            node.step_times.add(wall_ns() - start_ns)
         inputs.end()
 
 

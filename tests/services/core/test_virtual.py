@@ -227,6 +227,20 @@ def test_counts_steps_and_their_duration() -> None:
         executor.step_times("ghost")
 
 
+def test_counts_only_the_steps_that_do_the_work_where_a_service_says_which() -> None:
+    def now_and_then(now_ns: int, inputs: Inputs, outputs: Outputs) -> None:  # noqa: ARG001
+        outputs.put(B, Value(0))
+        if now_ns % (5 * NS_PER_MS) == 0:
+            outputs.put(A, Value(0))
+
+    sender = Toy(Period(0.001), now_and_then, writes=(A, B))
+    both = Toy((A, B), reads=(A, B))
+    both.timed = A
+    executor = run({"sender": sender, "both": both}, 21)
+    assert len(both.steps_ms) == 20
+    assert executor.step_times("both").count == 4
+
+
 @pytest.mark.parametrize("seconds", [0.0, 0.0004, 0.0015])
 def test_a_period_must_be_whole_ticks(seconds: float) -> None:
     with pytest.raises(ServiceError, match="whole ticks"):
