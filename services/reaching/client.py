@@ -101,6 +101,7 @@ class CartesianControl:
     store_context = awaitable(BlockingCartesianControl.store_context)
     restore_context = awaitable(BlockingCartesianControl.restore_context)
     delete_context = awaitable(BlockingCartesianControl.delete_context)
+    take_set_points = awaitable(BlockingCartesianControl.take_set_points)
     go_to_pose = awaitable(BlockingCartesianControl.go_to_pose)
     go_to_position = awaitable(BlockingCartesianControl.go_to_position)
     go_to_poses = awaitable(BlockingCartesianControl.go_to_poses)

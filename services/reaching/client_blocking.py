@@ -21,6 +21,7 @@ from services.reaching.cartesian_messages import (
     TipVelocity,
 )
 from services.reaching.client_events import Listener, Listeners
+from services.reaching.client_modes import switch_to_direct
 from services.reaching.client_settings import SettingRequests
 from services.reaching.client_types import (
     MotionFailedError,
@@ -28,9 +29,11 @@ from services.reaching.client_types import (
     WaitTimeoutError,
     tip_pose,
 )
+from services.reaching.limb_names import AUTO
 from services.reaching.messages import TipPose
 from services.streams import CARTESIAN_CALL, CARTESIAN_EVENTS
 
+SWITCH_S = 10.0  # for joints to change their mode
 WAIT_S = 30.0  # for a motion, unless told otherwise: nobody waits for ever
 LOOK_AGAIN_S = 0.5  # at a motion whose end may have been missed
 
@@ -60,6 +63,7 @@ class BlockingCartesianControl(SettingRequests):
         self._bus = Client(record.robot, record.endpoint, self._clock)
         self.newest = 0  # motion that this client asked for
         self._listeners = Listeners()
+        self._switching = threading.Lock()
         self._ended = threading.Condition()
         self._ends = 0  # motions that have ended
         self._events: queue.SimpleQueue[tuple[Callback, CartesianEvent] | None] | None = None
@@ -75,6 +79,16 @@ class BlockingCartesianControl(SettingRequests):
         traceback: TracebackType | None,
     ) -> None:
         self.close()
+
+    def take_set_points(self, timeout_s: float = SWITCH_S) -> None:
+        """Switch the limb's free joints to position-direct mode: then the controller moves them.
+
+        Raises:
+            RequestRefusedError: they cannot, for instance because they are not calibrated.
+            WaitTimeoutError: it takes too long.
+        """
+        with self._switching:
+            switch_to_direct(self._bus, self._clock, self._free_joints(), timeout_s)
 
     def go_to_pose(
         self,
@@ -204,6 +218,12 @@ class BlockingCartesianControl(SettingRequests):
         self._bus.close()
         if self._events is not None:
             self._events.put(None)
+
+    def _free_joints(self) -> tuple[str, ...]:
+        if self.limb != AUTO:
+            return tuple(joint for joint, free in self.settings().free.items() if free)
+        arms = [limb for limb in self.info().limbs if len(limb.tips) == 1]
+        return tuple(dict.fromkeys(joint for arm in arms for joint in arm.joints))
 
     def _call(self, request: CartesianRequest) -> CartesianReply:
         try:

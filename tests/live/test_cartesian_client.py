@@ -83,14 +83,13 @@ def test_hands_are_moved_from_python_and_from_the_command_line(
         assert joints("home") == 0
         assert verb("position", "-0.3", "0.2", "0.1") == 1
         assert "ulna joints direct" in capsys.readouterr().err
-        assert joints("direct") == 0
-
         run_snippet()
         printed = capsys.readouterr().out
         assert "half way" in printed
         assert "reached" in printed
         assert "out of reach" in printed
 
+        assert joints("direct") == 0
         drive_blocking()
 
         assert verb("ask", "--position", "-0.3", "0.2", "0.1") == 0
