@@ -41,6 +41,7 @@ INSIDE_SHARE = 0.95  # of the tolerance: what the slack is left with in most sea
 CLOSE = 0.02  # m, rad of slack that may still go away
 ROUNDS = 3  # of taking it away
 HALVED = 0.5  # what a round must do to the error to be worth another
+ENDLESS_RAD = 1e3  # stands for a bound that is not there
 ROOM_RAD = 1e-7  # that a row leaves around the start
 CAPS = (100, 50, 25, 12)  # iterations of one run: a solver is built for each
 KEPT = 8  # programs
@@ -221,15 +222,16 @@ def _region(problem: IkProblem, k: int, q_start: Vector, bounds: SearchBounds) -
     """
     n, rows = problem.n, problem.limits.rows
     extra = 0 if problem.extra is None else problem.extra.size
-    lower, upper = bounds.lower[:n], bounds.upper[:n]
-    idle = ~(rows[:, lower < upper] != 0.0).any(axis=1)
-    values = rows @ q_start
-    row_lower = np.where(idle, -np.inf, np.minimum(bounds.lower[n:], values - ROOM_RAD))
-    row_upper = np.where(idle, np.inf, np.maximum(bounds.upper[n:], values + ROOM_RAD))
+    lower = np.maximum(bounds.lower, -ENDLESS_RAD)
+    upper = np.minimum(bounds.upper, ENDLESS_RAD)
+    idle = ~(rows[:, lower[:n] < upper[:n]] != 0.0).any(axis=1)
+    values, room = rows @ q_start, np.where(idle, 1.0, ROOM_RAD)
+    row_lower = np.minimum(lower[n:], values - room)
+    row_upper = np.maximum(upper[n:], values + room)
     free = np.full(6 * k, np.inf)
     return Region(
-        lower=np.concatenate([lower, -free]),
-        upper=np.concatenate([upper, free]),
+        lower=np.concatenate([lower[:n], -free]),
+        upper=np.concatenate([upper[:n], free]),
         g_lower=np.concatenate([[0.0, 0.0, 0.0, -np.inf] * k, row_lower, np.zeros(extra)]),
         g_upper=np.concatenate([[0.0, 0.0, 0.0, 1.0] * k, row_upper, np.full(extra, np.inf)]),
     )

@@ -44,6 +44,9 @@ SETTINGS: dict[Method, dict[str, Option]] = {
 # How far the barrier is taken back at the start, and the start itself from limits.
 MU = {Start.ANYWHERE: 1.0, Start.NEAR: 1e-3, Start.AT_AN_ANSWER: 1e-6}
 PUSH = {Start.ANYWHERE: 1e-2, Start.NEAR: 1e-4, Start.AT_AN_ANSWER: 1e-6}
+# fatrop's plug-in forgets its settings as soon as other variables are fixed than at first: there
+# they keep this much room to either side.
+HAIR = {Method.IPOPT: 0.0, Method.FATROP: 1e-9}
 SOLVED = frozenset({"Solve_Succeeded", "Solved_To_Acceptable_Level", "0"})
 
 
@@ -111,14 +114,16 @@ class NonlinearSolver:
             "bound_frac": push,
         }
         self._call = BufferedFunction(prepared.solver(settings))
+        self._hair = HAIR[prepared.method]
 
     def run(self, start: Vector, parameters: Vector, region: Region) -> Ending:
         """From a point inside the region."""
         given = self._call.inputs
         given["x0"][:] = start
         given["p"][:] = parameters
-        given["lbx"][:] = region.lower
-        given["ubx"][:] = region.upper
+        fixed = self._hair * (region.lower == region.upper)
+        given["lbx"][:] = region.lower - fixed
+        given["ubx"][:] = region.upper + fixed
         given["lbg"][:] = region.g_lower
         given["ubg"][:] = region.g_upper
         self._call.run()
