@@ -9,6 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
+import numpy as np
+
 from dforc.cartesian.state import CartesianOutput
 from dforc.cartesian.targets import ReachTarget, SpeedTarget, Target
 from dforc.errors import DforcError
@@ -19,6 +21,7 @@ from services.reaching.motions import Motions
 from services.reaching.point_following import PointFollowing
 
 FORGET_AFTER_NS = 500_000_000  # without joint states: the plan no longer fits the arm
+STANDING_RAD_S = 0.001
 LATE_S = 3.0  # behind the end of the trajectory, or it is missed
 LATE_SHARE = 1.0  # and so much of the trajectory's time
 
@@ -206,7 +209,7 @@ class LimbDriver:
         elif self.mode is Mode.VELOCITY and now_ns >= self._until_ns:
             self._ending = Ending()
             self.mode = Mode.STOPPING
-        elif self.mode is Mode.STOPPING and output.at_rest and output.held:
+        elif self.mode is Mode.STOPPING and output.held and stands(output):
             self.motions.end(now_ns, self._ending.outcome, self._ending.reason)
             self._rest()
 
@@ -232,3 +235,8 @@ class LimbDriver:
     def _rest(self) -> None:
         self.mode = Mode.IDLE
         self.control.state = None
+
+
+def stands(output: CartesianOutput) -> bool:
+    """Whether the plan may be left as it is: nothing jumps to rest."""
+    return float(np.abs(output.dq_rad_s).max()) < STANDING_RAD_S

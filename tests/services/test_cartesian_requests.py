@@ -241,6 +241,17 @@ def test_a_stop_brings_the_hand_to_rest_and_the_motion_to_its_end(stand: Stand) 
     assert 0.005 < np.linalg.norm(rest - start) < 0.06
 
 
+def test_a_stop_of_a_slow_motion_is_no_jump_either(stand: Stand) -> None:
+    stand.go(UP_M, duration_s=15.0)
+    stand.run(7.0)
+    stand.ask("stop")
+    stand.wait(1)
+    stand.run(0.03)
+    speeds = [c.dq_rad_s for part, c in stand.joints.commands if part == "right_arm"]
+    steps = np.abs(np.diff(np.array([*speeds, (0.0,) * 7]), axis=0)).max()
+    assert steps < 0.1 * np.abs(np.array(speeds)).max()
+
+
 def test_an_answer_older_than_a_stop_is_dropped(stand: Stand) -> None:
     first = stand.send("go", poses=stand.poses(UP_M))
     assert stand.ask("stop").ok
