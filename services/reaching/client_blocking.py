@@ -1,9 +1,10 @@
 """A limb of a running stack, moved from Python by calls that return when they have been heard."""
 
 import contextlib
-import queue
+import logging
 import threading
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from types import TracebackType
 from typing import Self
 
@@ -32,6 +33,8 @@ from services.reaching.client_types import (
 from services.reaching.limb_names import AUTO
 from services.reaching.messages import TipPose
 from services.streams import CARTESIAN_CALL, CARTESIAN_EVENTS
+
+logger = logging.getLogger(__name__)
 
 SWITCH_S = 10.0  # for joints to change their mode
 WAIT_S = 30.0  # for a motion, unless told otherwise: nobody waits for ever
@@ -66,7 +69,7 @@ class BlockingCartesianControl(SettingRequests):
         self._switching = threading.Lock()
         self._ended = threading.Condition()
         self._ends = 0  # motions that have ended
-        self._events: queue.SimpleQueue[tuple[Callback, CartesianEvent] | None] | None = None
+        self._callbacks = ThreadPoolExecutor(max_workers=1)  # starts its thread when it is needed
         self._bus.listen(CARTESIAN_EVENTS, self._hear)
 
     def __enter__(self) -> Self:
@@ -183,10 +186,11 @@ class BlockingCartesianControl(SettingRequests):
         Raises:
             ServiceError: no such kind, or the controller does not take the checkpoint.
         """
-        events = self._dispatcher()
-        listener = self._listeners.add(
-            kind, checkpoint, lambda event: events.put((callback, event))
-        )
+
+        def deliver(event: CartesianEvent) -> None:
+            self._callbacks.submit(callback, event).add_done_callback(log_failure)
+
+        listener = self._listeners.add(kind, checkpoint, deliver)
         if checkpoint is not None:
             self.watch(checkpoint)
         return listener
@@ -216,8 +220,7 @@ class BlockingCartesianControl(SettingRequests):
                 with contextlib.suppress(ServiceError):  # the stack may have gone first
                     self.watch(listener.checkpoint, on=False)
         self._bus.close()
-        if self._events is not None:
-            self._events.put(None)
+        self._callbacks.shutdown(wait=False, cancel_futures=True)
 
     def _free_joints(self) -> tuple[str, ...]:
         if self.limb != AUTO:
@@ -242,13 +245,6 @@ class BlockingCartesianControl(SettingRequests):
                 self._ends += 1
                 self._ended.notify_all()
 
-    def _dispatcher(self) -> "queue.SimpleQueue[tuple[Callback, CartesianEvent] | None]":
-        if self._events is None:
-            self._events = queue.SimpleQueue()
-            thread = threading.Thread(target=_dispatch, args=(self._events,), daemon=True)
-            thread.start()
-        return self._events
-
 
 def ended_well(state: MotionState) -> MotionState:
     """A motion that has reached where it led.
@@ -261,7 +257,8 @@ def ended_well(state: MotionState) -> MotionState:
     return state
 
 
-def _dispatch(events: "queue.SimpleQueue[tuple[Callback, CartesianEvent] | None]") -> None:
-    while (item := events.get()) is not None:
-        callback, event = item
-        callback(event)
+def log_failure(called: "Future[None]") -> None:
+    """A callback that raises is reported; the next event is delivered all the same."""
+    error = None if called.cancelled() else called.exception()
+    if error is not None:
+        logger.error("a callback has failed", exc_info=error)

@@ -2,6 +2,7 @@
 
 import asyncio
 import math
+from concurrent.futures import Future
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from services.reaching.cartesian_messages import (
     MotionState,
 )
 from services.reaching.client import BlockingCartesianControl, CartesianControl
-from services.reaching.client_blocking import ended_well
+from services.reaching.client_blocking import ended_well, log_failure
 from services.reaching.client_events import Listeners
 from services.reaching.client_settings import SettingRequests
 from services.reaching.client_types import (
@@ -121,3 +122,11 @@ def test_a_client_that_is_not_entered_is_not_connected() -> None:
 
     with pytest.raises(ServiceError, match="not connected"):
         asyncio.run(ask())
+
+
+def test_a_callback_that_fails_is_reported(caplog: pytest.LogCaptureFixture) -> None:
+    called: Future[None] = Future()
+    called.set_exception(ValueError("in the callback"))
+    log_failure(called)
+    assert "a callback has failed" in caplog.text
+    assert "in the callback" in caplog.text
