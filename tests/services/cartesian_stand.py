@@ -108,7 +108,9 @@ class Caller(Service):
 class Stand:
     """Everything, in virtual time."""
 
-    def __init__(self, robot: RobotFile, writes: tuple[AnyStream, ...] = ()) -> None:
+    def __init__(
+        self, robot: RobotFile, writes: tuple[AnyStream, ...] = (), hop_ticks: int = 1
+    ) -> None:
         self.robot = robot
         home = {
             joint: float(angle)
@@ -130,6 +132,7 @@ class Stand:
                 "cartesian": self.cartesian,
                 "caller": self.caller,
             },
+            hop_ticks,
         )
         self.run(0.03)
 
@@ -139,7 +142,8 @@ class Stand:
     def send(self, action: str, limb: str = "right_arm", /, **fields: object) -> int:
         """Send a request; the number finds its reply in `reply`."""
         self.caller.waiting.append(CartesianRequest(action=action, limb=limb, **fields))  # type: ignore[arg-type]
-        self.run(0.002)
+        count = len(self.caller.sent)
+        assert self.run(0.01, lambda: len(self.caller.sent) > count)
         return self.caller.sent[-1]
 
     def reply(self, number: int) -> CartesianReply:

@@ -45,6 +45,14 @@ def test_a_motion_takes_the_time_that_is_asked_for(stand: Stand) -> None:
     assert stand.clock.now_ns() * 1e-9 - begun_s == pytest.approx(1.2, abs=0.05)
 
 
+def test_a_hand_goes_to_a_pose_with_twice_the_delay_between_processes(robot: RobotFile) -> None:
+    stand = Stand(robot, hop_ticks=2)
+    before = stand.hands()[0][1]
+    assert stand.go(UP_M).ok
+    assert stand.wait(1).outcome == "reached"
+    assert stand.hands()[0][1] - before == pytest.approx(UP_M, abs=1e-4)
+
+
 def test_a_position_leaves_the_orientation_free(stand: Stand) -> None:
     turned, place = stand.hands()[0]
     x, y, z = (place + np.array([-0.1, -0.1, 0.1])).tolist()

@@ -151,6 +151,36 @@ def test_what_does_not_fit_is_refused_and_nothing_changes(
     assert stand.ask("get").settings == before
 
 
+def test_what_tunes_inverse_kinematics_is_kept_and_told(stand: Stand) -> None:
+    told = settings_of(
+        stand.set(
+            position_tolerance_m=0.002,
+            orientation_tolerance_rad=0.01,
+            rest_beta=0.05,
+            iterations=200,
+            solver="sqp",
+        )
+    )
+    assert (told.position_tolerance_m, told.orientation_tolerance_rad) == (0.002, 0.01)
+    assert (told.rest_beta, told.iterations, told.solver) == (0.05, 200, "sqp")
+    assert stand.go(UP_M).ok
+    assert settings_of(stand.set(rest_beta=-1.0)).rest_beta == 0.01  # the robot file's again
+
+
+def test_the_priority_says_which_part_of_a_pose_out_of_reach_is_kept(stand: Stand) -> None:
+    (here,) = stand.poses((0.0, 0.0, 0.0))
+    turned = (TipPose(position_m=here.position_m, rotation_rad=(0.0, 0.0, 1.0)),)
+    errors = {}
+    for priority in ("position", "orientation"):
+        stand.set(priority=priority)
+        answer = stand.ask("ask", poses=turned).answer
+        assert answer is not None
+        errors[priority] = (answer.position_error_m, answer.orientation_error_rad)
+    assert errors["position"][0] < 1e-3
+    assert errors["orientation"][1] < errors["position"][1]
+    assert errors["orientation"][0] > errors["position"][0]
+
+
 def test_trajectory_time_of_a_tenth_of_a_second_is_the_shortest(stand: Stand) -> None:
     assert settings_of(stand.set(trajectory_time_s=0.1)).trajectory_time_s == 0.1
 
