@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from dforc.arrays import Matrix, Vector
 from dforc.cartesian.params import CartesianParams
+from dforc.cartesian.scalar_kernel import largest, largest_difference
 from dforc.cartesian.targets import Wanted
 from dforc.rotation import matrix
 
@@ -73,7 +74,10 @@ class Aim:
     def keeps_pattern(self, wanted: Wanted) -> bool:
         """Whether the same coordinates count as before, in the same mode."""
         mode = Mode.SPEED if wanted.q is None else Mode.REACH
-        return self.mode is mode and np.array_equal(self.active, wanted.active)
+        return (
+            self.mode is mode
+            and largest_difference(self.active.ravel(), wanted.active.ravel()) == 0.0
+        )
 
     def reached(
         self,
@@ -102,13 +106,13 @@ class Aim:
         whole_s = max(params.trajectory_time_s, slowest_s)
         afresh = not self.keeps_pattern(wanted)
         if afresh:
-            moves = float(np.abs(wanted.velocity).max()) > SLOW
+            moves = largest(wanted.velocity.ravel()) > SLOW
             pose_jumped = not moves or wanted.is_beside(*poses)
-            posture_jumped = pose_jumped or float(np.abs(wanted.q - q_plan).max()) > JUMP_RAD
+            posture_jumped = pose_jumped or largest_difference(wanted.q, q_plan) > JUMP_RAD
         else:
             expected = self.position + self.velocity[:, :3] * h
             pose_jumped = wanted.is_beside(expected, self.rotation)
-            posture_jumped = float(np.abs(wanted.q - self.q).max()) > JUMP_RAD
+            posture_jumped = largest_difference(wanted.q, self.q) > JUMP_RAD
         if pose_jumped:
             task_time_s = whole_s
         if posture_jumped:
@@ -130,15 +134,15 @@ class Aim:
 
     def trembles(self, wanted: Wanted, params: CartesianParams) -> bool:
         """Whether a target differs from the one reached only by what is not worth following."""
-        if wanted.q is None or not self.keeps_pattern(wanted) or wanted.velocity.any():
+        if wanted.q is None or not self.keeps_pattern(wanted):
             return False
-        moved = np.abs(wanted.position - self.position).max()
-        turned = np.abs(wanted.rotation - self.rotation).max()
-        bent = np.abs(wanted.q - self.q).max()
-        return bool(
-            moved <= params.rest_band_m
-            and turned <= params.rest_band_rad
-            and bent <= REST_BAND_JOINT_RAD
+        return (
+            largest(wanted.velocity.ravel()) == 0.0
+            and largest_difference(wanted.position.ravel(), self.position.ravel())
+            <= params.rest_band_m
+            and largest_difference(wanted.rotation.ravel(), self.rotation.ravel())
+            <= params.rest_band_rad
+            and largest_difference(wanted.q, self.q) <= REST_BAND_JOINT_RAD
         )
 
     def waited(self, params: CartesianParams) -> "Aim":

@@ -27,10 +27,11 @@ import numpy as np
 
 from dforc.arrays import ArrayLike, Vector, finite_vector
 from dforc.cartesian.aim import Aim, Mode, slowest_joint_s
-from dforc.cartesian.arrival import is_in_target, plan_is_at_rest, progress
+from dforc.cartesian.arrival import is_in_target, plan_is_at_rest, progress, tip_reports
 from dforc.cartesian.outer_correction import CorrectionState, corrected
 from dforc.cartesian.params import CartesianParams
 from dforc.cartesian.plan import Planner, PlanStep
+from dforc.cartesian.scalar_kernel import clamped_reference
 from dforc.cartesian.state import (
     CartesianOutput,
     CartesianState,
@@ -39,12 +40,10 @@ from dforc.cartesian.state import (
     Outside,
     Poses,
     TipKinematics,
-    TipReport,
 )
 from dforc.cartesian.targets import Target, Wanted
 from dforc.errors import NotFiniteError, ShapeError
 from dforc.limits import JointLimits
-from dforc.rotation import angle_between
 
 
 class CartesianController:
@@ -153,7 +152,7 @@ class CartesianController:
         if not math.isfinite(measured.external_force_n):
             raise NotFiniteError(f"external force is {measured.external_force_n}")
         poses = Poses.of(self.tips, state.q_plan)
-        state = self._aimed(state, target, poses)
+        state, aim = self._aimed(state, target, poses)
         correction = corrected(
             state.correction,
             state.q_plan - q_measured,
@@ -162,21 +161,22 @@ class CartesianController:
             self.params.period_s,
             self.params.correction,
         )
-        moved = self._planner.moved(state, state.aim, poses)
+        moved = self._planner.moved(state, aim, poses)
         correction, q_ref = self._referenced(moved, correction, state.outside)
-        reports = self._reports(state, poses, Poses.of(self.tips, q_measured))
-        in_target = is_in_target(state.aim, reports, moved.dq, self.params, was=state.in_target)
+        velocities = state.generators.task_velocity
+        reports = tip_reports(aim, velocities, poses, Poses.of(self.tips, q_measured))
+        in_target = is_in_target(aim, reports, moved.dq, self.params, was=state.in_target)
         after = self._after(state, moved, correction, in_target=in_target)
         return after, CartesianOutput(
             q_rad=q_ref,
             dq_rad_s=moved.dq,
             plan_q_rad=moved.q,
             tips=reports,
-            progress=1.0 if in_target else progress(state.aim, moved.q, self._free),
-            duration_s=state.aim.duration_s,
+            progress=1.0 if in_target else progress(aim, moved.q, self._free),
+            duration_s=aim.duration_s,
             in_target=in_target,
             at_rest=plan_is_at_rest(moved.dq),
-            held=state.aim.mode is Mode.HOLD,
+            held=aim.mode is Mode.HOLD,
             limited=moved.limited,
             gated=correction.gated,
             saturated=correction.saturated,
@@ -189,8 +189,10 @@ class CartesianController:
         way = T * (0.5 * now + T / 12.0 * state.ddq_plan)
         return self.limits.project(state.q_plan + way)
 
-    def _aimed(self, state: CartesianState, target: Target | None, poses: Poses) -> CartesianState:
-        """The state with its next aim, begun anew where other coordinates count."""
+    def _aimed(
+        self, state: CartesianState, target: Target | None, poses: Poses
+    ) -> tuple[CartesianState, Aim]:
+        """The next aim, and the state, begun anew where other coordinates count."""
         before = state.aim
         if target is None:
             aim = before.stopping((poses.position, poses.rotation), self.params)
@@ -199,7 +201,7 @@ class CartesianController:
             wanted = Wanted.checked(target, len(self.tips), self.limits.n)
             afresh = not before.keeps_pattern(wanted)
             aim = self._next_aim(state, wanted, poses)
-        return replace(self._planner.begun_anew(state) if afresh else state, aim=aim)
+        return (self._planner.begun_anew(state) if afresh else state), aim
 
     def _next_aim(self, state: CartesianState, wanted: Wanted, poses: Poses) -> Aim:
         where = (poses.position, poses.rotation)
@@ -220,8 +222,7 @@ class CartesianController:
         in_target: bool,
     ) -> CartesianState:
         h = self.params.period_s
-        return replace(
-            state,
+        return CartesianState(
             q_plan=moved.q,
             dq_plan=moved.dq,
             ddq_plan=(moved.dq - state.dq_plan) / h,
@@ -233,31 +234,6 @@ class CartesianController:
             correction=correction,
         )
 
-    def _reports(
-        self, state: CartesianState, plan: Poses, measured: Poses
-    ) -> tuple[TipReport, ...]:
-        aim, reports = state.aim, []
-        reaching = aim.mode is Mode.REACH
-        for i, (velocity, active) in enumerate(
-            zip(state.generators.task_velocity, aim.active, strict=True)
-        ):
-            away = measured.position[i] - aim.position[i]
-            turned = angle_between(measured.rotation[i], aim.rotation[i])
-            beside = measured.position[i] - plan.position[i]
-            reports.append(
-                TipReport(
-                    plan_position_m=plan.position[i],
-                    plan_rotation=plan.rotation[i],
-                    plan_velocity=velocity.copy(),
-                    position_error_m=math.sqrt(float(away @ away))
-                    if reaching and active[0]
-                    else math.nan,
-                    orientation_error_rad=turned if reaching and active[3] else math.nan,
-                    plan_error_m=math.sqrt(float(beside @ beside)),
-                )
-            )
-        return tuple(reports)
-
     def _referenced(
         self, moved: PlanStep, correction: CorrectionState, outside: Outside
     ) -> tuple[CorrectionState, Vector]:
@@ -267,10 +243,17 @@ class CartesianController:
         plan, and the plan keeps the rows.
         """
         n = self.limits.n
-        lower, upper = (bound[:n] for bound in self._planner.bounds(outside))
-        wanted = moved.q + correction.offset_rad
-        q = np.clip(wanted, np.minimum(lower, moved.q), np.maximum(upper, moved.q))
-        if (q != wanted).any():
-            correction = replace(correction, offset_rad=q - moved.q, saturated=True)
-        led = q + self.params.lead_s * moved.dq
-        return correction, np.clip(led, np.minimum(lower, moved.q), np.maximum(upper, moved.q))
+        lower, upper = self._planner.bounds(outside)
+        offset, reference = np.empty(n), np.empty(n)
+        cut = clamped_reference(
+            moved.q,
+            correction.offset_rad,
+            self.params.lead_s * moved.dq,
+            lower,
+            upper,
+            offset,
+            reference,
+        )
+        if cut:
+            correction = replace(correction, offset_rad=offset, saturated=True)
+        return correction, reference

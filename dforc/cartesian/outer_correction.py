@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dforc.arrays import Vector
+from dforc.compiled import compiled
 
 Flags = NDArray[np.bool_]
 
@@ -75,13 +76,45 @@ def corrected(
         params: tuning.
     """
     share = min(1.0, params.gain_per_s * period_s)
-    taken = np.asarray(compliant, dtype=np.bool_)
     gated = external_force_n > (params.force_off_n if state.gated else params.force_on_n)
-    away = np.abs(error_rad)
-    settled = away <= np.where(state.settled, params.wake_rad, params.settle_rad)
-    moving = taken & ~settled & (not gated)
-    change = share * np.clip(error_rad, -params.error_limit_rad, params.error_limit_rad)
-    wanted = np.where(moving, state.offset_rad + change, state.offset_rad)
-    wanted = np.where(taken, wanted, (1.0 - share) * wanted)
-    offset: Vector = np.clip(wanted, -params.bound_rad, params.bound_rad)
-    return CorrectionState(offset, settled, gated, bool((offset != wanted).any()))
+    offset, settled = state.offset_rad.copy(), state.settled.copy()
+    saturated = _correct(
+        offset,
+        settled,
+        error_rad,
+        np.asarray(compliant, dtype=np.bool_),
+        gated,
+        share,
+        params.bound_rad,
+        params.error_limit_rad,
+        params.settle_rad,
+        params.wake_rad,
+    )
+    return CorrectionState(offset, settled, gated, saturated)
+
+
+@compiled
+def _correct(
+    offset: Vector,
+    settled: Flags,
+    error: Vector,
+    compliant: Flags,
+    gated: bool,
+    share: float,
+    bound: float,
+    error_limit: float,
+    settle: float,
+    wake: float,
+) -> bool:
+    """Offsets and flags in place; whether a bound cut an offset."""
+    cut = False
+    for i in range(len(offset)):
+        settled[i] = abs(error[i]) <= (wake if settled[i] else settle)
+        wanted = offset[i]
+        if not compliant[i]:
+            wanted = (1.0 - share) * wanted
+        elif not settled[i] and not gated:
+            wanted += share * min(max(error[i], -error_limit), error_limit)
+        offset[i] = min(max(wanted, -bound), bound)
+        cut = cut or offset[i] != wanted
+    return cut

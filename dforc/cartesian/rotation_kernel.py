@@ -61,3 +61,25 @@ def pose_errors(
         for i in range(3):
             error[k, i] = position[k, i] - to_position[k, i]
         turn_between(rotation[k], to_rotation[k], before[k, 3:], error[k, 3:])
+
+
+@compiled
+def pose_misses(
+    measured: Matrix,
+    measured_rotation: Rotations,
+    plan: Matrix,
+    target: Matrix,
+    target_rotation: Rotations,
+    misses: Matrix,
+) -> None:
+    """Of each tip (k, 3): m and rad from the measured pose to the target's, m to the plan's."""
+    turn, nowhere = np.empty(3), np.zeros(3)
+    for k in range(len(measured)):
+        away, beside, turned = 0.0, 0.0, 0.0
+        turn_between(measured_rotation[k], target_rotation[k], nowhere, turn)
+        for i in range(3):
+            away += (measured[k, i] - target[k, i]) ** 2
+            beside += (measured[k, i] - plan[k, i]) ** 2
+            turned += turn[i] * turn[i]
+        misses[k, 0], misses[k, 1] = math.sqrt(away), math.sqrt(turned)
+        misses[k, 2] = math.sqrt(beside)

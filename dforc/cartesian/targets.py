@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from dforc.arrays import ArrayLike, Matrix, Vector, finite_vector
+from dforc.arrays import ArrayLike, Matrix, Vector, constant, finite_vector
+from dforc.cartesian.scalar_kernel import largest_difference
 from dforc.errors import ShapeError
 from dforc.ik.problem import checked_rotation
 
 STILL = (0.0, 0.0, 0.0)
+UPRIGHT = constant(np.eye(3))
 JUMP_M = 0.005  # a target this far from where it was expected has jumped
 JUMP_OF_ROTATION = 0.05  # of an element of the rotation matrix
 
@@ -73,13 +75,14 @@ class Wanted:
             raise ShapeError(f"a target for {len(target.tips)} tips, the controller has {tips}")
         wanted = cls(
             position=np.zeros((tips, 3)),
-            rotation=np.tile(np.eye(3), (tips, 1, 1)),
+            rotation=np.empty((tips, 3, 3)),
             velocity=np.zeros((tips, 6)),
             active=np.zeros((tips, 6)),
             q=finite_vector("target posture", target.q_rad, n)
             if isinstance(target, ReachTarget)
             else None,
         )
+        wanted.rotation[:] = UPRIGHT
         for i, tip in enumerate(target.tips):
             if isinstance(tip, PoseTarget):
                 wanted._take_pose(i, tip)
@@ -89,19 +92,26 @@ class Wanted:
 
     def is_beside(self, position: Matrix, rotation: NDArray[np.float64]) -> bool:
         """Whether any tip is to be further than a jump from these places (k, 3), (k, 3, 3)."""
-        moved = np.abs((self.position - position) * self.active[:, :3]).max()
-        turned = np.abs(self.rotation - rotation).max(axis=(1, 2)) * self.active[:, 3]
-        return bool(moved > JUMP_M or turned.max() > JUMP_OF_ROTATION)
+        for i, active in enumerate(self.active):
+            if active[0] and largest_difference(self.position[i], position[i]) > JUMP_M:
+                return True
+            if active[3]:
+                turned = largest_difference(self.rotation[i].ravel(), rotation[i].ravel())
+                if turned > JUMP_OF_ROTATION:
+                    return True
+        return False
 
     def _take_pose(self, i: int, tip: PoseTarget) -> None:
         self.position[i] = finite_vector("target position", tip.position_m, 3)
-        self.velocity[i, :3] = finite_vector("target velocity", tip.velocity_m_s, 3)
+        if tip.velocity_m_s is not STILL:
+            self.velocity[i, :3] = finite_vector("target velocity", tip.velocity_m_s, 3)
         self.active[i, :3] = 1.0
         if tip.rotation is not None:
             self.rotation[i] = checked_rotation(tip.rotation)
-            turning = finite_vector("target angular velocity", tip.angular_velocity_rad_s, 3)
-            self.velocity[i, 3:] = turning
             self.active[i, 3:] = 1.0
+            if tip.angular_velocity_rad_s is not STILL:
+                turning = finite_vector("target angular velocity", tip.angular_velocity_rad_s, 3)
+                self.velocity[i, 3:] = turning
 
     def _take_speed(self, i: int, tip: TipSpeed) -> None:
         self.velocity[i, :3] = finite_vector("linear velocity", tip.linear_m_s, 3)
