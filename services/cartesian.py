@@ -72,6 +72,7 @@ class Cartesian(Service):
         self._limbs = {
             name: LimbControl(shape, self._references, params) for name, shape in shapes.items()
         }
+        self._limbs[self._main].warm()
         arms = [name for name, shape in shapes.items() if len(shape.tips) == 1]
         names = LimbNames(tuple(shapes), arms, self._main)
         self._driver = LimbDriver(self._limbs, self._main)

@@ -5,6 +5,7 @@ Numba keeps on disk what it has compiled, so this takes seconds once and nothing
 
 from firmware_sim.boards.warm import warm
 from firmware_sim.rig import Rig
+from services.cartesian import Cartesian
 from services.config import load_robot
 from services.dynamics import Dynamics
 from services.emulated.emulation import rig_spec
@@ -13,12 +14,13 @@ from services.processes import DEFAULT_ROBOT
 
 
 def main() -> int:
-    """Run everything that is compiled: doors of the boards, plant, dynamics, inverse kinematics."""
+    """Run everything that is compiled: doors of the boards, plant, dynamics, reaching."""
     warm()
     robot = load_robot(DEFAULT_ROBOT)
     Rig(rig_spec(robot, seed=0)).step({})
     Dynamics(robot)
     Ik(robot)
+    Cartesian(robot)
     return 0
 
 

@@ -14,6 +14,7 @@ from dforc.cartesian.controller import CartesianController
 from dforc.cartesian.params import CartesianParams, Law
 from dforc.cartesian.state import CartesianOutput, CartesianState, Measurement
 from dforc.cartesian.targets import Target
+from dforc.cartesian.warm import warm
 from services.messages import JointCommand
 from services.reaching.held_references import Held, HeldReferences
 from services.reaching.limb_reading import Reading
@@ -44,6 +45,10 @@ class LimbControl:
             self.problem.tips, self.problem.limits, self._params, tuple(self.problem.free)
         )
         self._references = references
+
+    def warm(self) -> None:
+        """Compile what is compiled before somebody waits for it."""
+        warm(self._controller)
 
     @property
     def free(self) -> tuple[bool, ...]:
