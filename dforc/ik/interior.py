@@ -45,6 +45,7 @@ ENDLESS_RAD = 1e3  # stands for a bound that is not there
 ROOM_RAD = 1e-7  # that a row leaves around the start
 CAPS = (100, 50, 25, 12)  # iterations of one run: a solver is built for each
 KEPT = 8  # programs
+MODELS = 32  # whose geometry is kept
 
 
 class NotSymbolicError(DforcError, TypeError):
@@ -155,6 +156,8 @@ class InteriorSolver:
             elements = tuple(model.chain_description())
             parts = [part for e in elements for part in (e.R, e.p, e.axis, np.array([e.joint]))]
             key = b"".join(np.asarray(part, dtype=np.float64).tobytes() for part in parts)
+            if len(self._chain_of) >= MODELS:
+                self._chain_of.clear()
             found = self._chain_of[id(model)] = _Chain(model, elements, key)
         return found
 

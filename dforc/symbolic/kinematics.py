@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from dforc.arrays import Matrix, Vector
+from dforc.arrays import Matrix
+from dforc.ik.kernel_chain import rotation_onto
 from dforc.robot_model import ChainElement
 
 
@@ -57,21 +58,6 @@ def symbolic_chain(
         axes[:, joint] = axis
         linear[:, joint] = ca.cross(axis, p - origin)
     return SymbolicChain(q, R, p, axes, linear, tuple(joint for joint, _, _ in frames))
-
-
-def forward_kinematics(chain: Sequence[ChainElement], n: int) -> ca.Function:
-    """Function q (n) -> rotation (3, 3), position (3), geometric Jacobian (6, n), base frame."""
-    s = symbolic_chain(chain, n)
-    J = ca.vertcat(s.linear, s.axes)
-    return ca.Function("forward_kinematics", [s.q], [s.rotation, s.position, J])
-
-
-def rotation_onto(axis: Vector) -> Matrix:
-    """A rotation (3, 3) whose third column is the unit vector `axis`."""
-    helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    x = np.cross(helper, axis)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(axis, x), axis])
 
 
 def _turn_about_z(R: ca.SX, angle: ca.SX) -> ca.SX:

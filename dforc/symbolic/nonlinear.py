@@ -38,8 +38,8 @@ SETTINGS: dict[Method, dict[str, Option]] = {
         "max_soc": 0,
         "alpha_for_y": "bound-mult",
     },
-    # At 1e-6 it stalls on some poses that are out of reach.
-    Method.FATROP: {"print_level": 0, "tolerance": 1e-5},
+    # Of 3600 searches 11 stall at 1e-6, 4 at 3e-6; looser ones leave idle joints beside rest.
+    Method.FATROP: {"print_level": 0, "tolerance": 3e-6},
 }
 # How far the barrier is taken back at the start, and the start itself from limits.
 MU = {Start.ANYWHERE: 1.0, Start.NEAR: 1e-3, Start.AT_AN_ANSWER: 1e-6}

@@ -1,21 +1,29 @@
 """CasADi kinematics against pinocchio and against finite differences."""
 
+import casadi as ca
 import icub_models
 import numpy as np
 import pytest
 
 from dforc.arrays import Vector
+from dforc.ik.kernel_chain import rotation_onto
 from dforc.robot_model import RobotModel
 from dforc.rotation import rotation_error
-from dforc.symbolic.kinematics import forward_kinematics, rotation_onto, symbolic_chain
+from dforc.symbolic.kinematics import symbolic_chain
 
 STEP_RAD = 1e-6
+
+
+def forward_kinematics(model: RobotModel) -> ca.Function:
+    """q (n) -> rotation (3, 3), position (3), geometric Jacobian (6, n)."""
+    s = symbolic_chain(model.chain_description(), model.n)
+    return ca.Function("f", [s.q], [s.rotation, s.position, ca.vertcat(s.linear, s.axes)])
 
 
 def test_pose_and_jacobian_are_those_of_the_model(
     model: RobotModel, postures: list[Vector]
 ) -> None:
-    function = forward_kinematics(model.chain_description(), model.n)
+    function = forward_kinematics(model)
     for q in postures:
         rotation, position, jacobian = (np.array(value) for value in function(q))
         R, p = model.tip_pose(q)
@@ -25,7 +33,7 @@ def test_pose_and_jacobian_are_those_of_the_model(
 
 
 def test_jacobian_is_the_derivative_of_the_pose(model: RobotModel, postures: list[Vector]) -> None:
-    function = forward_kinematics(model.chain_description(), model.n)
+    function = forward_kinematics(model)
     q = postures[0]
     _, _, J = (np.array(value) for value in function(q))
     for i in range(model.n):
@@ -43,7 +51,7 @@ def test_joints_beside_the_chain_have_no_part_in_it() -> None:
     both = RobotModel(urdf, ("neck_pitch", "r_elbow", "r_wrist_yaw"), "r_hand_dh_frame", {})
     chain = symbolic_chain(both.chain_description(), both.n)
     assert chain.order == (1, 2)
-    function = forward_kinematics(both.chain_description(), both.n)
+    function = forward_kinematics(both)
     q = np.array([0.2, 0.9, 0.1])
     assert np.array(function(q)[2])[:, 0] == pytest.approx(np.zeros(6))
     assert np.array(function(q)[1])[:, 0] == pytest.approx(both.tip_pose(q)[1], abs=1e-12)
