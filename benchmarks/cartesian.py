@@ -39,7 +39,7 @@ def main() -> int:
     say(f"seed {arguments.seed}: {count} moves of the right arm with the torso ...")
     moves = random_moves(arm, count, arguments.seed)
     few = moves[: max(10, count // 5)]
-    rows: list[Row] = law_rows()
+    rows: list[Row] = law_rows(arm)
     rows += move_rows(arm, moves)
     say("any gamma, the robot's speeds ...")
     rows += gamma_rows(arm, few)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.cartesian_moves import PERIOD_S, Move, params_of
+from benchmarks.cartesian_moves import PERIOD_S, Move, params_of, reached
 from dforc.arrays import Matrix, Vector
 from dforc.cartesian.controller import CartesianController
 from dforc.cartesian.params import Law
@@ -59,7 +59,9 @@ class Changes:
             pose = arm.pose(q)
             near = 0.12 <= np.linalg.norm(pose.position_m - here) <= 0.41
             if arm.limits.violation(q) < 0.0 and near:
-                found = arm.reached(pose, state.q_plan)
+                found = reached(arm, pose, state.q_plan)
+                if found is None:
+                    continue
                 return controller, state, _target(arm, found.q_rad)
         return None
 

@@ -11,7 +11,8 @@ from dforc.cartesian.state import CartesianOutput, Measurement
 from dforc.cartesian.targets import PoseTarget, ReachTarget
 from dforc.limits import JointLimits
 from dforc.rotation import angle_between, matrix, rotation_error
-from services.experiments.cartesian_arm import Arm, Pose
+from services.core.errors import ServiceError
+from services.experiments.cartesian_arm import Arm, Pose, Reached
 from services.experiments.cartesian_metrics import MoveFigures, judge_move, minimum_jerk
 from services.experiments.cartesian_plants import lagged
 from services.experiments.rows import Row, at_most, within
@@ -70,13 +71,23 @@ def random_moves(arm: Arm, count: int, seed: int) -> list[Move]:
         turn_rad = angle_between(ends[0].rotation, ends[1].rotation)
         if not SHORTEST_M <= way_m <= LONGEST_M or turn_rad >= MOST_TURN_RAD:
             continue
-        start = arm.reached(ends[0], arm.rest_rad)
-        goal = arm.reached(ends[1], start.q_rad)
+        start = reached(arm, ends[0], arm.rest_rad)
+        goal = None if start is None else reached(arm, ends[1], start.q_rad)
+        if start is None or goal is None:
+            continue
         if max(start.off_m, goal.off_m) < NEAR_M and max(start.off_rad, goal.off_rad) < NEAR_RAD:
             found.append(
                 Move(q_start=start.q_rad, q_goal=goal.q_rad, start=start.pose, goal=goal.pose)
             )
     return found
+
+
+def reached(arm: Arm, pose: Pose, q_start: Vector) -> Reached | None:
+    """The posture for a pose; None where inverse kinematics came to no end."""
+    try:
+        return arm.reached(pose, q_start)
+    except ServiceError:
+        return None
 
 
 def params_of(

@@ -7,7 +7,6 @@ import numpy as np
 from benchmarks.cartesian_moves import PERIOD_S, Move, params_of
 from dforc.arrays import Vector
 from dforc.cartesian.controller import CartesianController
-from dforc.cartesian.min_jerk import LagState, lag_step
 from dforc.cartesian.params import CartesianParams, CouplingParams, Law
 from dforc.cartesian.state import Measurement
 from dforc.cartesian.targets import PoseTarget, ReachTarget
@@ -24,6 +23,7 @@ FOLLOWING_TIME_S = 0.6  # T of DForC
 SPEEDS_MM_S = (23.0, 68.0, 250.0, 500.0)
 GAIN_M = 0.06
 LOOPS_S = 6.0
+LAW_RAD = 0.1  # the way of one joint, and rad/s
 TICKS = 3000
 TIMES = 3  # the best of so many
 
@@ -78,33 +78,36 @@ def _lag_mm(arm: Arm, law: Law, speed_mm_s: float) -> tuple[float, float]:
     return float(np.sqrt(np.mean(np.square(lags)))) * 1e3, float(np.mean(speeds))
 
 
-def law_rows() -> list[Row]:
-    """The reference law by itself: a step and a ramp of one quantity, T 1 s."""
-    state, x, step = LagState.at_rest(1), np.zeros(1), []
-    for _ in range(400):
-        before = state.velocity
-        state, velocity = lag_step(state, 1.0 - x, 1.0, PERIOD_S)
-        x = x + 0.5 * PERIOD_S * (before + velocity)
-        step.append(float(x[0]))
-    ramp, state, x = 0.0, LagState.at_rest(1), np.zeros(1)
-    for period in range(800):
-        before = state.velocity
-        state, velocity = lag_step(state, period * PERIOD_S - x, 1.0, PERIOD_S)
-        ramp = period * PERIOD_S - float(x[0])
-        x = x + 0.5 * PERIOD_S * (before + velocity)
-    times = np.arange(1, 401) * PERIOD_S
+def law_rows(arm: Arm) -> list[Row]:
+    """The reference law by itself: a joint's step and ramp, T 1 s."""
+    controller = CartesianController([arm.tip], arm.limits, params_of(Law.REFERENCE))
+    joint = int(np.argmax(np.minimum(*_rooms(arm))))
+    step, ramp = np.zeros((2, 400))
+    for way in (step, ramp):
+        state = controller.start(arm.home_rad)
+        for period in range(len(way)):
+            wanted = arm.home_rad.copy()
+            wanted[joint] += LAW_RAD * (1.0 if way is step else period * PERIOD_S)
+            measured = Measurement(q_rad=state.q_plan, compliant=(False,) * len(wanted))
+            target = ReachTarget(tips=[None], q_rad=wanted)
+            gone = float(state.q_plan[joint] - arm.home_rad[joint]) / LAW_RAD
+            way[period] = gone if way is step else period * PERIOD_S - gone
+            state, _ = controller.step(state, measured, target)
+    times = np.arange(len(step)) * PERIOD_S
+    t98, at_end = float(np.interp(0.98, step, times)), float(np.interp(1.0, times, step))
     return [
-        within("reference, one step: way at T", float(np.interp(1.0, times, step)), "", 0.89, 0.91),
         within(
-            "reference, one step: 98 % at, over T",
-            float(np.interp(0.98, step, times)),
-            "",
-            1.39,
-            1.43,
+            "reference, one joint: way at T", float(np.interp(1.0, times, step)), "", 0.89, 0.91
         ),
-        within("reference, ramp: lag over T v", ramp, "", 0.55, 0.58),
-        at_most("reference, one step: overshoot", (max(step) - 1.0) * 100.0, "%", 0.1),
+        within("reference, one joint: 98 % at, over T", t98, "", 1.398, 1.426),
+        within("reference, one joint on a ramp: lag over T v", float(ramp[-1]), "", 0.558, 0.57),
+        at_most("reference, one joint: overshoot", (float(step.max()) - 1.0) * 100.0, "%", 0.1),
     ]
+
+
+def _rooms(arm: Arm) -> tuple[Vector, Vector]:
+    """How far each joint may go from home, up and down."""
+    return arm.limits.upper_rad - arm.home_rad, arm.home_rad - arm.limits.lower_rad
 
 
 def tick_rows(arm: Arm, moves: list[Move]) -> list[Row]:

@@ -46,8 +46,7 @@ class Generators:
     joint_acceleration: Vector
     task_velocity: Matrix  # (k, 6)
     task_acceleration: Matrix
-    joint_error: Vector  # of the period before: the reference law integrates it
-    task_error: Matrix  # and near half a turn it tells on which side the tip is
+    task_error: Matrix  # of the period before: near half a turn it tells on which side a tip is
 
     @classmethod
     def at_rest(cls, n: int, tips: int) -> "Generators":
@@ -57,7 +56,6 @@ class Generators:
             np.zeros(n),
             np.zeros((tips, 6)),
             np.zeros((tips, 6)),
-            np.zeros(n),
             np.zeros((tips, 6)),
         )
 
@@ -68,7 +66,6 @@ class Generators:
             self.joint_acceleration.copy(),
             self.task_velocity.copy(),
             self.task_acceleration.copy(),
-            self.joint_error.copy(),
             self.task_error.copy(),
         )
 
