@@ -82,7 +82,7 @@ def most_violated(
 def directions(
     J: Matrix, R: Matrix, normal: Vector, side: float, n: int, q: int, work: Matrix
 ) -> tuple[float, float]:
-    """d = J' n, step z, and r: what the active multipliers lose per unit. Slope z' n, and |d|^2."""
+    """Set d = J' n, step z, and r, what active multipliers lose per unit. Slope z' n, and |d|^2."""
     d, z, r = work[0], work[1], work[2]
     whole, slope = 0.0, 0.0
     for j in range(n):
