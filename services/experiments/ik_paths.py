@@ -37,6 +37,24 @@ class Path:
         """Which ticks (k,) have their position in reach."""
         return np.asarray(self.nearest_m <= REACHED_M)
 
+    def well_reached(self) -> "np.ndarray[tuple[int], np.dtype[np.bool_]]":
+        """Those whose neighbours are in reach, too.
+
+        On the edge itself the arm is straight, and no bounded joint step follows the hand.
+        """
+        inner = self.reached()
+        return np.asarray(inner & np.append(inner[1:], True) & np.append(True, inner[:-1]))
+
+    def cut(self, ticks: int) -> "Path":
+        """The first ticks."""
+        return Path(
+            self.name,
+            self.position[:ticks],
+            self.rotation[:ticks],
+            self.start,
+            self.nearest_m[:ticks],
+        )
+
 
 def lap_of(centre: tuple[float, float, float], gain: float) -> Array:
     """A lying eight in the frontal plane, once around in steps of 5 mm from its middle (k, 3)."""

@@ -2,7 +2,7 @@
 
 import sys
 import tempfile
-from pathlib import Path
+from pathlib import Path as File
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from services.experiments.ik_arm import Arm, Array, both_arms, measured_arm
 from services.experiments.ik_contenders import Answer, Nothing, Ours, Stock
 from services.experiments.ik_measure import Run, follow, largest_step_rad, percent, search, worth
 from services.experiments.ik_nlp import Form, PlainNlp
-from services.experiments.ik_paths import CENTRE, GAIN_M, joint_path, lap_of
+from services.experiments.ik_paths import CENTRE, GAIN_M, Path, joint_path, lap_of
 from services.experiments.ik_peers import peers
 from services.experiments.ik_poses import OURS, POSITION, Sample, at, bars
 from services.experiments.ik_sets import Sizes, Targets, orientation_out, position_out, reachable
@@ -26,7 +26,7 @@ def arm() -> Arm:
 
 
 @pytest.fixture
-def _own_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def _own_folder(monkeypatch: pytest.MonkeyPatch, tmp_path: File) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
 
@@ -123,6 +123,15 @@ def test_the_joint_path_keeps_limits_and_steps(arm: Arm) -> None:
     steps = np.linalg.norm(np.diff(path.position, axis=0), axis=1)
     assert steps.max() < 0.0055
     assert arm.distance_m(path.start, path.position[0]) < 0.0055
+
+
+def test_ticks_beside_one_out_of_reach_are_not_well_reached(arm: Arm) -> None:
+    path = joint_path(arm, 0, 6)
+    nearest = np.array([0.0, 0.0, 0.0, 0.002, 0.0, 0.0])
+    edged = Path(path.name, path.position, path.rotation, path.start, nearest)
+    assert edged.reached().tolist() == [True, True, True, False, True, True]
+    assert edged.well_reached().tolist() == [True, True, False, False, False, True]
+    assert edged.cut(2).well_reached().tolist() == [True, True]
 
 
 class Counted(Nothing):
