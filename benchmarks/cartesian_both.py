@@ -8,6 +8,7 @@ from dforc.cartesian.controller import CartesianController
 from dforc.cartesian.params import Law
 from dforc.cartesian.state import Measurement
 from dforc.cartesian.targets import PoseTarget, ReachTarget
+from dforc.cartesian.warm import warm
 from dforc.ik.inverse_kinematics import IkStatus, InverseKinematics
 from dforc.ik.problem import IkProblem, TipTarget
 from services.core.clock import thread_cpu_ns
@@ -18,6 +19,7 @@ from services.robotfile.robot_tables import RobotFile
 
 LIMB = "both_arms"
 SHORTEST_M, LONGEST_M = 0.08, 0.41
+TIMES = 3  # a tick counts with the best of so many equal runs
 SPREAD_RAD = 0.35  # of the goal's posture about the start's
 
 
@@ -25,10 +27,12 @@ def both_hands_rows(robot: RobotFile, count: int, seed: int) -> list[Row]:
     """Random moves of both hands: straight, together, inside everything; and the time of a tick."""
     problem = limb_problem(robot, LIMB)
     ik, draw = InverseKinematics(problem), np.random.default_rng(seed)
+    warm(CartesianController(problem.tips, problem.limits, params_of(Law.TIME_TO_GO)))
     across, beside, outside, spent, ends = [], [], [], [], []
     for q_start, q_goal in (_ends(problem, ik, draw) for _ in range(count)):
-        angles, us = _run(problem, q_start, q_goal)
-        spent += us
+        runs = [_run(problem, q_start, q_goal) for _ in range(TIMES)]
+        angles = runs[0][0]
+        spent += np.min([us for _, us in runs], axis=0).tolist()
         outside.append(max(0.0, max(problem.limits.violation(q) for q in angles)))
         for tip in problem.tips:
             path = np.array([tip.pose(q)[1] for q in angles])
@@ -46,7 +50,13 @@ def both_hands_rows(robot: RobotFile, count: int, seed: int) -> list[Row]:
         at_most(f"{what}: off the minimum-jerk motion, median", float(np.median(beside)), "%", 1.0),
         Row(f"{what}: end off the goal, largest", max(ends), "mm"),
         at_most(f"{what}: limits and rows crossed by", crossed, "deg", 0.0),
-        Row(f"{what}: tick without inverse kinematics, median", float(np.median(spent)), "us"),
+        at_most(
+            f"{what}: tick without inverse kinematics, median",
+            float(np.percentile(spent, 50)),
+            "us",
+            200.0,
+        ),
+        Row(f"{what}: tick without inverse kinematics, p99", float(np.percentile(spent, 99)), "us"),
     ]
 
 
