@@ -4,8 +4,9 @@ A reach is on time when the minimum-jerk motion that fits the plant's hand best,
 begin with the command, lasts T to 5 %: the lag of bus, boards and drives counts. When the hand
 passes 98 % of its way is shown beside it (0.865 T on the plan); so close to the end a joint that
 is a degree off moves this instant by a tenth of T. The integrators of the boards' position loops
-need about two seconds more to take such a degree away: then the errors are judged, and it is
-shown how large they were when T was over, and since when the hand has been near for good.
+take such a degree away slowly, against the dry friction of the wrist in up to four seconds: then
+the errors are judged, and it is shown how large they were when T was over, and since when the hand
+has been near for good.
 """
 
 import math
@@ -31,14 +32,14 @@ BOTH_ARMS = "icub:arms"
 LIMBS = ("right_arm", "left_arm")
 REACHES, SHORT_REACHES = 20, 4
 TIME_S = 1.5  # T of every reach
-SETTLE_S = 2.0  # in which the integrators of the boards' position loops come to an end
+SETTLE_S = 4.0  # in which the integrators of the boards' position loops come to an end
 NEAR_M, NEAR_RAD = 0.002, math.radians(1.0)
 LATE = 0.05  # share of T
 COMFORT = 0.6  # of each joint's range, in its middle
 TORSO_RAD = math.radians(8.0)
 ROW_ROOM_RAD = math.radians(5.0)
-SHORTEST_M, LONGEST_M = 0.08, 0.35
-MOST_TURN_RAD = math.radians(90.0)
+SHORTEST_M, LONGEST_M = 0.12, 0.41
+MOST_TURN_RAD = math.radians(120.0)
 SPEED_SHARE = 0.9  # of what the HAL lets a joint have
 PEAK_SPEED = 1.875  # of a minimum-jerk motion, over its mean
 MOST_DRAWS = 20000
