@@ -170,7 +170,7 @@ class IpoptSolver(InteriorSolver):
 
 
 class FatropSolver(InteriorSolver):
-    """fatrop, which does the same with less book-keeping: about twice as fast."""
+    """fatrop, which does the same with less book-keeping: about half the time."""
 
     def __init__(self) -> None:
         super().__init__(Method.FATROP)

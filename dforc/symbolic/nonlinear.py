@@ -42,8 +42,8 @@ SETTINGS: dict[Method, dict[str, Option]] = {
     Method.FATROP: {"print_level": 0, "tolerance": 3e-6},
 }
 # How far the barrier is taken back at the start, and the start itself from limits.
-MU = {Start.ANYWHERE: 1.0, Start.NEAR: 1e-3, Start.AT_AN_ANSWER: 1e-6}
-PUSH = {Start.ANYWHERE: 1e-2, Start.NEAR: 1e-4, Start.AT_AN_ANSWER: 1e-6}
+MU = {Start.ANYWHERE: 1.0, Start.NEAR: 1e-2, Start.AT_AN_ANSWER: 1e-6}
+PUSH = {Start.ANYWHERE: 1e-2, Start.NEAR: 1e-3, Start.AT_AN_ANSWER: 1e-6}
 # fatrop's plug-in forgets its settings as soon as other variables are fixed than at first: there
 # they keep this much room to either side.
 HAIR = {Method.IPOPT: 0.0, Method.FATROP: 1e-9}
