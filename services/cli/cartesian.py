@@ -77,7 +77,7 @@ def cartesian_go(
     Its joints have to be calibrated (`ulna joints calibrate`) and to take set-points (`ulna joints
     direct`).
 
-    Example: ulna cartesian go --position -0.3 0.2 0.1 --rotation 0 0 3.1 --time 2
+    Example: ulna cartesian go --position -0.3 0.2 0.1 --rotation -0.4 -2.4 1.8 --time 2
 
     Args:
         position: of the hand, m, base frame; of the left one of both arms. None: anywhere.
@@ -87,7 +87,8 @@ def cartesian_go(
         second_rotation: of both arms' right hand.
         limb: right_arm, left_arm, both_arms, or auto: the arm with the nearer hand.
         time: how long it takes, s; 0: the limb's trajectory time.
-        nearest: where the pose is out of reach, go as near as can be.
+        nearest: where the pose is out of reach, go as near as can be. An orientation out of reach
+            is approached without it too, with exit status 1.
         wait: until the motion is done.
         stack: name of the running stack.
 
@@ -191,7 +192,7 @@ def cartesian_ask(
         return _complain(error)
     Console().print(posture_table(posture))
     print(verdict(posture))
-    if posture.answer.status == "converged":
+    if posture.answer.status == "converged" and not posture.answer.reason:
         return 0
     complain(posture.answer.reason or posture.answer.status)
     return REFUSED
@@ -237,7 +238,7 @@ def _go(
     if wait:
         motion = control.wait_motion_done(time_s + PATIENCE_S)
     print(motion_line(motion))
-    return 0
+    return REFUSED if motion.out_of_reach and not nearest else 0
 
 
 def _complain(error: ServiceError) -> int:

@@ -26,13 +26,15 @@ def status_lines(status: CartesianStatus, motion: MotionState) -> Iterator[str]:
 def motion_line(motion: MotionState) -> str:
     """A motion in one line."""
     name = f"motion {motion.motion} of {motion.limb}"
+    short = f"; out of reach: {motion.out_of_reach}" if motion.out_of_reach else ""
     if not motion.done:
-        return f"{name}: {100.0 * motion.progress:.0f} % of the way"
+        return f"{name}: {100.0 * motion.progress:.0f} % of the way{short}"
     away = f"{motion.position_error_m * 1e3:.1f} mm"
     if not math.isnan(motion.orientation_error_rad):
         away += f" and {math.degrees(motion.orientation_error_rad):.1f} deg"
-    reason = f": {motion.reason}" if motion.reason else f", {away} away"
-    return f"{name}: {motion.outcome}{reason}"
+    away += " from the nearest pose" if short else " away"
+    reason = f": {motion.reason}" if motion.reason else f", {away}"
+    return f"{name}: {motion.outcome}{reason}{short}"
 
 
 def pose_lines(poses: Sequence[Pose]) -> Iterator[str]:

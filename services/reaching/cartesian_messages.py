@@ -96,6 +96,7 @@ class MotionState(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     progress: float = 0.0  # 0 to 1, in joint space
     position_error_m: float = math.nan  # of the worst tip, to where the motion leads
     orientation_error_rad: float = math.nan
+    out_of_reach: str = ""  # what of the pose asked for is, so that it leads elsewhere
 
 
 class LimbInfo(msgspec.Struct, frozen=True, kw_only=True, array_like=True):

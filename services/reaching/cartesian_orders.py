@@ -112,7 +112,7 @@ class CartesianOrders:
             target = ReachTarget(tips=reached_poses(control.problem.tips, targets, q), q_rad=q)
 
             def begin(now_ns: int) -> CartesianReply:
-                self._driver.go(now_ns, limb, target, duration_s)
+                self._driver.go(now_ns, limb, target, duration_s, answer.reason)
                 self._keeping.begin(request.poses, self._readings.recent(limb))
                 motion = self._driver.motions.current
                 return CartesianReply(

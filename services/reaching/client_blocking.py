@@ -110,7 +110,7 @@ class BlockingCartesianControl(SettingRequests):
             nearest: where the pose is out of reach, go as near as can be.
 
         Returns:
-            The motion; its errors say how far it will end from an orientation out of reach.
+            The motion; `out_of_reach` says how far an orientation is that can only be approached.
 
         Raises:
             RequestRefusedError: the pose is out of reach, or the limb cannot move; and why.

@@ -80,13 +80,20 @@ class LimbDriver:
         """Whether a limb can be moved now; another one that moves has to stop first."""
         return self.is_idle or limb == self.limb
 
-    def go(self, now_ns: int, limb: str, target: ReachTarget, duration_s: float) -> None:
-        """A motion to a target, of a limb that may be taken."""
+    def go(
+        self,
+        now_ns: int,
+        limb: str,
+        target: ReachTarget,
+        duration_s: float,
+        out_of_reach: str = "",
+    ) -> None:
+        """A motion to a target, of a limb that may be taken; and what the target lacks."""
         self._take(now_ns, limb)
         self.control.pace(duration_s)
         self.control.begin()
         self.target, self.target_limb = target, limb
-        self.motions.begin(now_ns, limb)
+        self.motions.begin(now_ns, limb, out_of_reach)
         self.mode = Mode.POSE
         self._begun_ns = now_ns
         self._until_ns = now_ns + math.ceil(duration_s * NS_PER_S)

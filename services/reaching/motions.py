@@ -42,10 +42,11 @@ class Motions:
         """Whether a motion has begun and not ended."""
         return not self.current.done
 
-    def begin(self, now_ns: int, limb: str) -> MotionState:
-        """A new motion; one that was under way is replaced."""
+    def begin(self, now_ns: int, limb: str, out_of_reach: str = "") -> MotionState:
+        """A new motion, with what of its pose is out of reach; one under way is replaced."""
         self.end(now_ns, "replaced", "a newer request took its place")
-        self.current = MotionState(motion=self.current.motion + 1, limb=limb, done=False)
+        number = self.current.motion + 1
+        self.current = MotionState(motion=number, limb=limb, done=False, out_of_reach=out_of_reach)
         self._ahead = sorted(self._checkpoints)
         self._tell(now_ns, ONSET)
         return self.current

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from dforc import rotation
 from services.config import load_robot
 from services.reaching.cartesian_messages import TipVelocity
 from services.reaching.limb import limb_joints
@@ -96,9 +97,25 @@ def test_nearest_goes_as_near_as_can_be_and_arrives(stand: Stand) -> None:
     assert reply.ok
     assert reply.answer is not None
     target = stand.hands()[0][1] + [-1.0, 0.0, 0.0]
-    assert stand.wait(1).outcome == "reached"
+    ended = stand.wait(1)
+    assert ended.outcome == "reached"
     away_m = np.linalg.norm(stand.hands()[0][1] - target)
     assert away_m == pytest.approx(reply.answer.position_error_m, abs=2e-3)
+    assert ended.out_of_reach.startswith("nearest position is ")
+
+
+def test_a_motion_to_an_orientation_out_of_reach_says_how_far_it_stays_off(stand: Stand) -> None:
+    pose = TipPose(position_m=(-0.3, 0.2, 0.1), rotation_rad=(0.0, 0.0, 3.1))
+    reply = stand.ask("go", poses=(pose,))
+    assert reply.ok
+    assert reply.answer is not None
+    off_deg = np.degrees(reply.answer.orientation_error_rad)
+    ended = stand.wait(1)
+    assert ended.outcome == "reached"
+    assert ended.out_of_reach == f"orientation is {off_deg:.1f} deg off"
+    asked, (turned, _) = rotation.matrix(np.array([0.0, 0.0, 3.1])), stand.hands()[0]
+    assert np.degrees(rotation.angle_between(asked, turned)) == pytest.approx(off_deg, abs=1.5)
+    assert off_deg > 5.0
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,13 @@ REACHED = MotionState(
     orientation_error_rad=math.radians(0.4),
 )
 GOING = MotionState(motion=4, limb="left_arm", done=False, progress=0.456)
+NEAR = MotionState(
+    motion=6,
+    limb="left_arm",
+    outcome="reached",
+    position_error_m=0.0021,
+    out_of_reach="nearest position is 1.5 m away",
+)
 LOST = MotionState(motion=5, limb="left_arm", outcome="lost", reason="l_elbow is in idle")
 
 
@@ -28,6 +35,11 @@ LOST = MotionState(motion=5, limb="left_arm", outcome="lost", reason="l_elbow is
     [
         (REACHED, "motion 3 of left_arm: reached, 2.1 mm and 0.4 deg away"),
         (GOING, "motion 4 of left_arm: 46 % of the way"),
+        (
+            NEAR,
+            "motion 6 of left_arm: reached, 2.1 mm from the nearest pose; "
+            "out of reach: nearest position is 1.5 m away",
+        ),
         (LOST, "motion 5 of left_arm: lost: l_elbow is in idle"),
     ],
 )
