@@ -45,7 +45,7 @@ def ik_ask(
     A running stack is asked, from the measured posture on; without one, or with --robot, the
     robot's model is solved here, from the home posture on.
 
-    Example: ulna ik ask --limb right_arm --position -0.3 0.2 0.1 --rotation 0 0 3.1 --dof 7
+    Example: ulna ik ask --limb right_arm --position -0.3 0.2 0.1 --rotation -0.4 -2.4 1.8 --dof 7
 
     Args:
         limb: right_arm, left_arm or both_arms. Default: the main job's.
