@@ -15,13 +15,14 @@ import numpy as np
 from dforc.arrays import ArrayLike, Vector, constant, finite_vector
 from dforc.compiled import HAS_COMPILER
 from dforc.errors import NotFiniteError, ShapeError
-from dforc.ik.problem import IkProblem, Priority, TipTarget
+from dforc.ik.problem import POSITION_WEIGHT, IkProblem, Priority, TipTarget
 from dforc.ik.solver import RawAnswer, SearchBounds, Solver
 from dforc.ik.sqp import Sqp
-from dforc.ik.starts import other_starts
+from dforc.ik.starts import starts_of
 from dforc.rotation import angle_between
 
 SEARCH_BUDGET = 400  # iterations of one search: 2 ms
+MOST_IN_ONE = 100  # of these from one start, while others are left; 1 search in 300 takes more
 TRACK_BUDGET = 100
 TRACK_STEP_RAD = math.radians(4.0)  # of a joint, per tick of 10 ms
 PROXIMAL = 0.01  # rad^2 of cost per rad^2 of joint motion in a tick: no jump to another posture
@@ -102,20 +103,20 @@ class InverseKinematics:
             NotFiniteError, ShapeError: what is no pose or no posture.
         """
         asked, q_start, bounds = self._request(targets, q_start_rad, step_limit_rad)
-        raw = self._solver.solve(self._problem, asked, q_start, bounds, 0.0, budget)
-        best = self._checked(asked, q_start, bounds, raw)
-        used = raw.iterations
-        others = other_starts(self._problem, q_start, bounds)
-        for _ in range(starts - 1):
-            if self._is_good(best) or used >= budget:
+        best, used = None, 0
+        for tried, begin in enumerate(starts_of(self._problem, q_start, bounds)):
+            if tried == max(1, starts) or (best is not None and used >= budget):
                 break
-            other = next(others, None)
-            if other is None:
-                break
-            raw = self._solver.solve(self._problem, asked, other, bounds, 0.0, budget - used)
+            left = budget - used
+            allowed = left if tried == starts - 1 else min(left, max(MOST_IN_ONE, left // 2))
+            raw = self._solver.solve(self._problem, asked, begin, bounds, 0.0, allowed)
             used += raw.iterations
-            best = _better(best, self._checked(asked, q_start, bounds, raw), self._problem)
-        return _counted(best, used)
+            found = self._checked(asked, q_start, bounds, raw)
+            best = found if best is None else _better(best, found, self._problem)
+            if self._is_good(best):
+                break
+        assert best is not None  # the first start is always there
+        return best if best.iterations == used else replace(best, iterations=used)
 
     def track(
         self,
@@ -245,7 +246,7 @@ class InverseKinematics:
             if target.rotation is not None:
                 off_rad = angle_between(R, target.rotation)
             first = problem.priority is Priority.POSITION
-            objective += off_rad * off_rad if first else off_m * off_m
+            objective += off_rad * off_rad if first else POSITION_WEIGHT * off_m * off_m
             errors.append((off_m, off_rad))
             worst_m, worst_rad = max(worst_m, off_m), max(worst_rad, off_rad)
         return tuple(errors), worst_m, worst_rad, objective
@@ -293,9 +294,3 @@ def _better(a: IkResult, b: IkResult, problem: IkProblem) -> IkResult:
         if abs(missed(a) - missed(b)) > AT_BOUND_RAD:
             return min(a, b, key=missed)
     return min(a, b, key=lambda one: one.objective)
-
-
-def _counted(result: IkResult, iterations: int) -> IkResult:
-    if result.iterations == iterations:
-        return result
-    return replace(result, iterations=iterations)

@@ -67,6 +67,7 @@ class Room(NamedTuple):
     work: Matrix  # (3, f)
     dq: Vector  # (f,)
     q: Vector  # (n,)
+    middle: Vector  # (n,) the answer before conditions use their radius
     C: Matrix  # (r, f): the free columns
     lower: Vector  # (r,) against the present posture
     upper: Vector
@@ -227,7 +228,11 @@ def update(goal: Goal, multipliers: Multipliers, geometry: Geometry) -> None:
 
 @compiled
 def widen(goal: Goal, multipliers: Multipliers) -> bool:
-    """Let conditions use their radius where that is worth it; whether it is for any."""
+    """Let conditions use their radius where that is worth it; whether it is for any.
+
+    They press as softly as it takes for the multiplier to stand for one radius beyond the edge:
+    stiffer ones make an edge that Newton steps cross to and fro.
+    """
     any_wider = False
     for part in range(2):
         gain = 0.0
@@ -237,6 +242,8 @@ def widen(goal: Goal, multipliers: Multipliers) -> bool:
                 gain += math.sqrt(y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) * goal.radii[part]
         if gain > WORTH and multipliers.radii[part] == 0.0:
             multipliers.radii[part] = goal.radii[part]
+            softer = gain / (goal.radii[part] * goal.radii[part])
+            multipliers.rho[part] = min(multipliers.rho[part], softer)
             any_wider = True
     return any_wider
 
@@ -320,7 +327,8 @@ def search(
     if f == 0:
         return NEAREST, 0
     before, stuck, failed, shift = math.inf, 0, 0, 0.0
-    ended, short, settled, gauss = REACHED, False, False, True
+    ended, short, settled, gauss, wider = REACHED, False, False, True, False
+    iteration = -1
     for iteration in range(budget):
         value = expand(
             q,
@@ -339,7 +347,8 @@ def search(
         if settled and kept:
             if not (use_radius and widen(goal, multipliers)):
                 return ended, iteration + 1
-            settled, before = False, math.inf
+            settled, before, stuck, wider = False, math.inf, 0, True
+            room.middle[:] = q
             continue
         if (short or settled) and not kept:
             short, settled = False, False
@@ -351,7 +360,7 @@ def search(
         confine(q, limits, room)
         shift = newton_step(room, f, gauss, shift / (SHIFT_GROWTH * SHIFT_GROWTH))
         if shift == math.inf:
-            return STOPPED, iteration + 1
+            break
         longest = finite_length(room.dq, f)
         settled = longest <= SETTLED_RAD
         share = walk(q, value, chains, goal, multipliers, geometry, limits, room)
@@ -359,6 +368,9 @@ def search(
         failed = failed + 1 if share == 0.0 else 0
         settled = settled or (failed > 0 and longest <= NOISE_RAD)
         if failed > 1 and not settled:  # the cost falls along neither step
-            return STOPPED, iteration + 1
+            break
         short = longest <= SHORT_RAD
-    return STOPPED, budget
+    if wider:  # the answer in the middle is one
+        q[:] = room.middle
+        return REACHED, iteration + 1
+    return STOPPED, iteration + 1

@@ -153,6 +153,7 @@ class Sqp:
                 work=np.zeros((3, f)),
                 dq=np.zeros(f),
                 q=np.zeros(n),
+                middle=np.zeros(n),
                 C=np.zeros((rows, f)),
                 lower=np.zeros(rows),
                 upper=np.zeros(rows),

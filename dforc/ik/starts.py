@@ -1,4 +1,4 @@
-"""Other postures for a search to begin from, when the first one ends beside the pose."""
+"""Postures for a search to begin from: others where the first one ends beside the pose."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -15,8 +15,12 @@ OUTSIDE = 1e-6  # a row may be missed by, where a blocked joint stands in the wa
 NEAR_RAD = 1e-3  # a start this near is the same one
 
 
-def other_starts(problem: IkProblem, q_start: Vector, bounds: SearchBounds) -> Iterator[Vector]:
-    """The rest posture, then postures spread over the room of this search, inside all limits."""
+def starts_of(problem: IkProblem, q_start: Vector, bounds: SearchBounds) -> Iterator[Vector]:
+    """The start itself, the rest posture, then postures spread over the room of this search.
+
+    All of them inside all limits.
+    """
+    yield q_start
     n = problem.n
     lower, upper = bounds.lower[:n], bounds.upper[:n]
     room = np.minimum(upper, lower + 2.0 * np.pi) - lower
