@@ -139,12 +139,14 @@ class Planner:
         )
 
     def _by_reference(self, state: CartesianState, aim: Aim, poses: Poses) -> PlanStep:
-        """As the iCub's own controller does it, but never across limits and rows.
+        """As the iCub's own controller does it, but never across limits and rows, nor too fast.
 
         DELIBERATE: iKin stops a joint at its own limits only, and a large gamma then crosses the
-        rows of the shoulder by up to 9 degrees; here the plan is brought back inside.
+        rows of the shoulder by up to 9 degrees; here the plan is brought back inside. Nor has it
+        speed limits: 22 rad/s with T 0.1 s. Here T stretches, and what is left is cut.
         """
-        h, T, q = self._params.period_s, self._params.trajectory_time_s, state.q_plan
+        h, q = self._params.period_s, state.q_plan
+        T = max(self._params.trajectory_time_s, aim.duration_s)
         generators = state.generators.copy()
         v_brake = self._braked(generators, aim)
         J = self._jacobians(q)
@@ -170,6 +172,11 @@ class Planner:
         dq = self.coupling.reference_speeds(q, J, v_joint, v_mean, aim.active, self._free)
         wanted = q + h * dq
         inside = self._inside(wanted, state.outside)
+        fastest = float(np.max(np.abs(inside - q) / (h * self.coupling.speed_limit), initial=1.0))
+        if fastest > 1.0:  # on the way between two postures inside; the filters slow down as well
+            inside = q + (inside - q) / fastest
+            generators.joint_velocity[:] /= fastest
+            generators.task_velocity[:] /= fastest
         return PlanStep(inside, (inside - q) / h, generators, aim, bool((inside != wanted).any()))
 
     def _inside(self, q: Vector, outside: Outside) -> Vector:

@@ -126,3 +126,18 @@ def test_rows_are_kept_where_the_law_alone_would_cross_them(
                 kept = max(kept, outside)
     assert crossed > np.radians(0.5)
     assert kept <= 1e-8
+
+
+@pytest.mark.parametrize("gamma", [None, 1000.0])
+def test_short_time_stretches_until_no_joint_is_too_fast(
+    tip: Tip, limits: JointLimits, moves: list[Move], gamma: float | None
+) -> None:
+    """With T 0.1 s the law alone would ask for 20 rad/s."""
+    controller = by_reference(tip, limits, 0.1, gamma)
+    for q_start, q_goal in moves[:4]:
+        R, p = tip.pose(q_goal)
+        target = ReachTarget(tips=[PoseTarget(position_m=p, rotation=R)], q_rad=q_goal)
+        path = plan(controller, q_start, [target] * 800)
+        assert np.abs(np.diff(path, axis=0)).max() <= 1.75 * PERIOD_S + 1e-12
+        assert max(limits.violation(q) for q in path) <= 1e-9
+        assert np.linalg.norm(tip.pose(path[-1])[1] - p) < 1e-3
