@@ -30,6 +30,7 @@ from services.streams import CARTESIAN_STATUS
 REFUSED = 1
 FAILED = 2
 INTERRUPTED = 130
+BOTH_ARMS = "both_arms"
 PATIENCE_S = 30.0  # beyond the time that a motion is to take
 
 Triple = tuple[float, float, float]
@@ -95,10 +96,17 @@ def cartesian_go(
     Returns:
         Exit status: 0 there, or begun, 1 refused or not reached, 2 without an answer.
     """
+    second = tip_pose(second_position, second_rotation)
+    wrong = _wrong_pose(position, rotation, axis_angle, second)
+    if not wrong and second != TipPose() and limb != BOTH_ARMS:
+        wrong = f"--second-position and --second-rotation are of --limb {BOTH_ARMS}"
+    if wrong:
+        complain(wrong)
+        return FAILED
     try:
         poses = [tip_pose(position, axis_angle or rotation)]
-        if limb == "both_arms":
-            poses.append(tip_pose(second_position, second_rotation))
+        if limb == BOTH_ARMS:
+            poses.append(second)
         asked = [pose if pose != TipPose() else None for pose in poses]
         with BlockingCartesianControl(limb, stack) as control:
             return _go(control, asked, time, nearest=nearest, wait=wait)
@@ -185,6 +193,10 @@ def cartesian_ask(
     Returns:
         Exit status: 0 within reach, 1 out of reach or refused, 2 without an answer.
     """
+    wrong = _wrong_pose(position, rotation, axis_angle)
+    if wrong:
+        complain(wrong)
+        return FAILED
     try:
         with BlockingCartesianControl(limb, stack) as control:
             posture = control.ask_for_pose(position, axis_angle or rotation)
@@ -224,6 +236,19 @@ def cartesian_info(*, limb: str = "", stack: str = "icub") -> int:
         f"tracking {'on' if settings.tracking else 'off'}"
     )
     return 0
+
+
+def _wrong_pose(
+    position: Triple | None,
+    rotation: Triple | None,
+    axis_angle: Turn | None,
+    second: TipPose | None = None,
+) -> str:
+    if rotation is not None and axis_angle is not None:
+        return "give --rotation or --axis-angle, not both"
+    if (position, rotation, axis_angle) == (None, None, None) and second in (None, TipPose()):
+        return "no pose is given: --position, --rotation or --axis-angle"
+    return ""
 
 
 def _go(

@@ -72,6 +72,9 @@ def ik_ask(
     first = TipPose(position_m=position, rotation_rad=axis_angle or rotation)
     second = TipPose(position_m=second_position, rotation_rad=second_rotation)
     given = (first, second) if second != TipPose() else (first,)
+    if given == (TipPose(),):
+        complain("no pose is given: --position, --rotation or --axis-angle")
+        return FAILED
     try:
         client = None if robot else _client(stack)
         file = load_robot(robot or "icub") if client is None else client.robot

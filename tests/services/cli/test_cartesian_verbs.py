@@ -11,6 +11,7 @@ from services.messages import NAN3, CartesianStatus
 from services.reaching.cartesian_messages import MotionState
 from services.reaching.client_types import Pose
 
+TURNED_TWICE = ("--rotation", "0", "0", "1", "--axis-angle", "0", "0", "1", "1")
 REACHED = MotionState(
     motion=3,
     limb="left_arm",
@@ -91,3 +92,23 @@ def test_without_a_stack_every_verb_says_how_to_start_one(
     error = capsys.readouterr().err
     assert error.startswith("ulna: no stack named 'nobody' is up here")
     assert "start one with `ulna up`" in error
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("go",), "no pose is given: --position, --rotation or --axis-angle"),
+        (("ask",), "no pose is given: --position, --rotation or --axis-angle"),
+        (("go", *TURNED_TWICE), "give --rotation or --axis-angle, not both"),
+        (("ask", *TURNED_TWICE), "give --rotation or --axis-angle, not both"),
+        (
+            ("go", "--position", "-0.3", "0.2", "0.1", "--second-position", "-0.3", "-0.2", "0.1"),
+            "--second-position and --second-rotation are of --limb both_arms",
+        ),
+    ],
+)
+def test_no_part_of_a_pose_is_passed_over_in_silence(
+    words: tuple[str, ...], expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["cartesian", *words]) == 2
+    assert expected in capsys.readouterr().err

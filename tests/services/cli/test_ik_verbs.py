@@ -70,7 +70,7 @@ def test_the_left_hand_is_asked_for_alone_or_with_the_right_one(
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        ((), "neither position nor orientation is given"),
+        ((), "no pose is given: --position, --rotation or --axis-angle"),
         ((*HERE, "--limb", "tail"), "unknown limb 'tail'; among the parts in use: left_arm"),
         ((*HERE, "--dof", "0"), "--dof: 0 is outside 1..10"),
         ((*HERE, "--dof", "11"), "--dof: 11 is outside 1..10"),
