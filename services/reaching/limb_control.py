@@ -11,7 +11,7 @@ import numpy as np
 from dforc.arrays import Vector
 from dforc.cartesian.aim import Mode as Aiming
 from dforc.cartesian.controller import CartesianController
-from dforc.cartesian.params import CartesianParams, Law
+from dforc.cartesian.params import CartesianParams, CouplingParams, Law
 from dforc.cartesian.state import CartesianOutput, CartesianState, Measurement
 from dforc.cartesian.targets import Target
 from dforc.cartesian.warm import warm
@@ -40,7 +40,9 @@ class LimbControl:
         self.settings = initial_settings(shape)
         self.problem = shape.problem
         self.state: CartesianState | None = None
-        self._params = params or CartesianParams()
+        self._params = params or CartesianParams(
+            coupling=CouplingParams(speed_limit_rad_s=shape.speed_limits_rad_s)
+        )
         self._controller = CartesianController(
             self.problem.tips, self.problem.limits, self._params, tuple(self.problem.free)
         )

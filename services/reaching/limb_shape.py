@@ -1,5 +1,6 @@
 """A limb as the Cartesian controller uses it: joints by part, tips, and what goes together."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -7,6 +8,7 @@ from dforc.ik.problem import IkProblem
 from services.reaching.limb import find_limb, limb_joints, limb_problem
 from services.robotfile.robot_tables import RobotFile
 
+SPEED_SHARE = 0.9  # of the HAL's own limit; where that clamps, a joint trails and bends the path
 TIED = 3  # joints of one row: fewer can still keep it when one of them is blocked
 
 
@@ -22,6 +24,7 @@ class LimbShape:
     problem: IkProblem  # as the robot file has it
     together: tuple[tuple[str, ...], ...]  # joints that may only be freed and blocked together
     following_s: float  # trajectory time where a stream of points is followed
+    speed_limits_rad_s: tuple[float, ...]  # of the plan: within what the HAL lets the joints have
 
     @property
     def n(self) -> int:
@@ -47,6 +50,9 @@ def limb_shape(robot: RobotFile, name: str) -> LimbShape:
         problem=limb_problem(robot, name),
         together=joined_groups(row for row in rows if set(row) <= set(joints)),
         following_s=limb.trajectory_time_s,
+        speed_limits_rad_s=tuple(
+            math.radians(SPEED_SHARE * robot.joints[joint].max_velocity_deg_s) for joint in joints
+        ),
     )
 
 
