@@ -19,7 +19,7 @@ EXPLANATION = """\
 Time of this thread's processor, best of three, everybody in turn on the same pose; TRAC-IK has two
 threads: time on the wall. Reached: within 1.1 mm, limits and rows to 1e-5 rad; best: objective of
 eq. 11 within 1 % + 1e-3 of many starts. Excess: beyond the smallest angle or distance that many
-starts of an independent solver found. Dim: published before, on a machine about twice as fast."""
+starts of an independent solver found. Published before: on a machine about twice as fast."""
 
 
 def measure(arm: Arm, seed: int, sizes: Sizes, say: Say) -> tuple[dict[str, Sample], list[Row]]:

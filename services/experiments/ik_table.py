@@ -133,6 +133,8 @@ def tables(title: str, shown: Sequence[Line], *, published: bool = False) -> lis
     for made, first in ((reachable, 1), (others, 5)):
         for group, style in groups:
             made.add_section()
+            if group is PUBLISHED:
+                made.add_row("published before:", style=style)
             for line in group:
                 cells = list(astuple(line))
                 made.add_row(cells[0], *cells[first : first + 4], style=style)

@@ -39,9 +39,8 @@ def publish(title: str, rows: list[Row], json_file: Path | None) -> int:
     """Print the table, write the file, and return the exit status: 0 when every bar holds."""
     table = Table("what", "value", "unit", "bar", "holds", title=title, title_justify="left")
     for row in rows:
-        value = f"{row.value:.4g}" if isinstance(row.value, float) else str(row.value)
         holds = "" if row.holds is None else "yes" if row.holds else "NO"
-        table.add_row(row.name, value, row.unit, row.bar, holds)
+        table.add_row(row.name, _shown(row.value), row.unit, row.bar, holds)
     Console().print(table)
     if json_file is not None:
         write(rows, json_file)
@@ -52,6 +51,12 @@ def write(rows: list[Row], json_file: Path) -> None:
     """Write the rows as JSON."""
     text = json.dumps({"rows": [_plain(row) for row in rows]}, indent=2)
     json_file.write_text(text + "\n", encoding="utf-8")
+
+
+def _shown(value: float | str | None) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 def _plain(row: Row) -> dict[str, object]:
