@@ -97,11 +97,13 @@ def board_runs() -> dict[str, Run]:
     return {f"{run.controller} {run.arm.limb.name}": run for run in runs}
 
 
+@pytest.mark.slow
 def test_both_hands_reach_through_boards_and_can(board_runs: dict[str, Run]) -> None:
     for name in ("ulna right_arm", "ulna left_arm"):
         assert [row.name for row in rows_of(board_runs[name]) if row.holds is False] == []
 
 
+@pytest.mark.slow
 def test_a_baseline_runs_on_the_boards_too_and_starts_with_a_jerk(
     board_runs: dict[str, Run],
 ) -> None:
