@@ -23,8 +23,11 @@ from dforc.rotation import angle_between
 
 SEARCH_BUDGET = 400  # iterations of one search: 2 ms
 MOST_IN_ONE = 100  # of these from one start, while others are left; 1 search in 300 takes more
-TRACK_BUDGET = 100
+TRACK_BUDGET = 150
 TRACK_STEP_RAD = math.radians(4.0)  # of a joint, per tick of 10 ms
+# Where a tick's search does not come to an end, one in this part of the room does; with all of it
+# the next tick would begin at the same posture and stop at the same place, for ever.
+TRACK_TRIES, LESS_ROOM, FIRST_SHARE = 3, 0.25, 0.67
 PROXIMAL = 0.01  # rad^2 of cost per rad^2 of joint motion in a tick: no jump to another posture
 ROW_MARGIN_RAD = 1e-7  # rows are kept this far inside, so that rounding never crosses one
 KEPT = 1e-6  # by which an answer may miss rows and extra constraints, and not more
@@ -133,8 +136,25 @@ class InverseKinematics:
         nearer to the best posture: for a pose that stands still the answers converge to it.
         """
         asked, q_before, bounds = self._request(targets, q_before_rad, step_limit_rad)
-        raw = self._solver.solve(self._problem, asked, q_before, bounds, proximal, budget)
-        return self._checked(asked, q_before, bounds, raw)
+        used = 0
+        for left_tries in reversed(range(TRACK_TRIES)):
+            left = budget - used
+            allowed = math.ceil(FIRST_SHARE * left) if left_tries else left
+            raw = self._solver.solve(self._problem, asked, q_before, bounds, proximal, allowed)
+            used += raw.iterations
+            raw = RawAnswer(raw.q, used, raw.solved)
+            found = self._checked(asked, q_before, bounds, raw)
+            if found.status is not IkStatus.OUT_OF_TIME or used >= budget:
+                break
+            bounds = self._nearer(bounds, q_before)
+        return found
+
+    def _nearer(self, bounds: SearchBounds, q: Vector) -> SearchBounds:
+        """Bounds with less room for the joints around a posture."""
+        n, lower, upper = self._problem.n, bounds.lower.copy(), bounds.upper.copy()
+        lower[:n] = q - LESS_ROOM * (q - lower[:n])
+        upper[:n] = q + LESS_ROOM * (upper[:n] - q)
+        return SearchBounds(lower, upper)
 
     def _request(
         self,

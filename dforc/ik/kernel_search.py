@@ -282,9 +282,13 @@ def stiffen(multipliers: Multipliers) -> None:
 
 
 @compiled
-def press(goal: Goal, multipliers: Multipliers, geometry: Geometry, stuck: int) -> bool:
-    """Press on the conditions that are missed, or give them up; whether they are given up."""
-    if stuck > PATIENCE:
+def press(goal: Goal, multipliers: Multipliers, geometry: Geometry, stuck: int, met: bool) -> bool:
+    """Press on the conditions that are missed, or give them up; whether they are given up.
+
+    Conditions that some posture of this search `met` can be kept and are never given up: a stream
+    would go to and fro between that posture and the nearest one.
+    """
+    if stuck > PATIENCE and not met:
         relax(goal)
         return True
     update(goal, multipliers, geometry)
@@ -328,6 +332,7 @@ def search(
         return NEAREST, 0
     before, stuck, failed, shift = math.inf, 0, 0, 0.0
     ended, short, settled, gauss, wider = REACHED, False, False, True, False
+    met = False
     iteration = -1
     for iteration in range(budget):
         value = expand(
@@ -344,6 +349,7 @@ def search(
         )
         off = missed(goal, geometry)
         kept = off <= KEPT_SHARE
+        met = met or kept
         if settled and kept:
             if not (use_radius and widen(goal, multipliers)):
                 return ended, iteration + 1
@@ -354,7 +360,7 @@ def search(
             short, settled = False, False
             stuck = stuck + 1 if off > STUCK_SHARE * before else 0
             before = off
-            if press(goal, multipliers, geometry, stuck):
+            if press(goal, multipliers, geometry, stuck, met):
                 ended = NEAREST
             continue
         confine(q, limits, room)

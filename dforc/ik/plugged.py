@@ -57,7 +57,7 @@ class PluggedSearch:
         self.pressures = np.zeros(self.extra.size)
         f, room = len(self.limits.free), self.room
         before, stuck, failed, shift = np.inf, 0, 0, 0.0
-        short, settled, gauss = False, f == 0, True
+        short, settled, gauss, met = False, f == 0, True, False
         for iteration in range(1, budget + 1):
             value = self._expand(q)
             off = missed(self.goal, self.geometry)
@@ -65,6 +65,7 @@ class PluggedSearch:
             pressures = np.maximum(0.0, self.pressures - RHO * h)
             # Kept, and pressed on by nothing where there is room.
             kept = bool((np.abs(pressures - self.pressures) <= RHO * KEPT).all())
+            met = met or (kept and off <= KEPT_SHARE)
             if settled and kept and (off <= KEPT_SHARE or f == 0):
                 return True, iteration
             if f == 0:
@@ -75,7 +76,7 @@ class PluggedSearch:
                 if off > KEPT_SHARE:
                     stuck = stuck + 1 if off > STUCK_SHARE * before else 0
                     before = off
-                    press(self.goal, self.multipliers, self.geometry, stuck)
+                    press(self.goal, self.multipliers, self.geometry, stuck, met)
                 continue
             confine(q, self.limits, room)
             shift = newton_step(room, f, gauss, shift / (SHIFT_GROWTH * SHIFT_GROWTH))

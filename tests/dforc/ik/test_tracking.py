@@ -10,6 +10,7 @@ from dforc.ik.inverse_kinematics import TRACK_STEP_RAD, IkResult, IkStatus, Inve
 from dforc.ik.problem import IkProblem, TipTarget
 from dforc.limits import JointLimits
 from dforc.robot_model import RobotModel
+from dforc.rotation import matrix
 
 TOLERANCE_M = 1.001e-4
 
@@ -113,3 +114,35 @@ def test_used_up_budget_holds_the_posture(
     result = solver.track([target], home, budget=1)
     assert result.status is IkStatus.OUT_OF_TIME
     assert np.array_equal(result.q_rad, home)
+
+
+def test_search_that_comes_to_no_end_goes_on_with_a_smaller_step(
+    solver: InverseKinematics, limits: JointLimits
+) -> None:
+    """The next tick would begin where this one did, and hold for ever what it holds."""
+    q = np.array([1.156, -0.347, -0.039, 0.017, 1.109, 0.289, 0.638, 0.497, -0.457, -0.112])
+    target = TipTarget.checked([-0.455, 0.044, 0.216], matrix([-0.792, 1.267, -0.562]))
+    first = solver.track([target], q)
+    assert first.iterations > 100
+    assert first.status is IkStatus.INFEASIBLE
+    assert first.step_limited
+    for _ in range(80):
+        result = solver.track([target], q)
+        assert np.abs(result.q_rad - q).max() <= TRACK_STEP_RAD + 1e-12
+        assert limits.violation(result.q_rad) <= 0.0
+        q = result.q_rad
+    assert result.status is IkStatus.CONVERGED
+
+
+def test_pose_that_stands_still_at_the_edge_of_the_reach_is_not_left_again(
+    solver: InverseKinematics,
+) -> None:
+    """Where orientation pulls hard, the next tick must not take a position it has for lost."""
+    q = np.array([-0.384, -0.178, 0.948, -0.298, 1.745, -0.57, 0.547, 0.873, -0.017, 0.047])
+    target = TipTarget.checked([0.3356, 0.38074, 0.13302], matrix([1.8098, 1.8863, -0.3625]))
+    answers = []
+    for _ in range(60):
+        answers.append(solver.track([target], q))
+        q = answers[-1].q_rad
+    assert {answer.status for answer in answers[10:]} == {IkStatus.CONVERGED}
+    assert np.ptp([answer.q_rad for answer in answers[-20:]], axis=0).max() < 1e-4
