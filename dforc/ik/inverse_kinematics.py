@@ -176,6 +176,8 @@ class InverseKinematics:
             wrong = not step >= 0.0  # also catches NaN
         else:
             step = np.asarray(step_limit_rad, dtype=np.float64)
+            if step.shape not in ((), (n,)):
+                raise ShapeError(f"joint steps have shape {step.shape}, expected ({n},)")
             wrong = not (step >= 0.0).all()
         if wrong:
             raise NotFiniteError(f"joint step must be >= 0, not {step_limit_rad}")

@@ -23,6 +23,8 @@ def starts_of(problem: IkProblem, q_start: Vector, bounds: SearchBounds) -> Iter
     yield q_start
     n = problem.n
     lower, upper = bounds.lower[:n], bounds.upper[:n]
+    # Of a joint without an end, one turn counts.
+    lower = np.where(np.isfinite(lower), lower, np.minimum(q_start, upper - np.pi) - np.pi)
     room = np.minimum(upper, lower + 2.0 * np.pi) - lower
     root = _root(n)
     share = np.array([root ** -(j + 1) for j in range(n)])

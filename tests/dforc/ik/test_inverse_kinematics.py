@@ -11,7 +11,8 @@ from dforc.arrays import Vector
 from dforc.errors import LimitsError, NotFiniteError, ShapeError
 from dforc.ik.inverse_kinematics import IkStatus, InverseKinematics
 from dforc.ik.problem import IkProblem, Priority, TipTarget
-from dforc.ik.solver import RawAnswer
+from dforc.ik.solver import RawAnswer, SearchBounds
+from dforc.ik.starts import starts_of
 from dforc.limits import JointLimits
 from dforc.robot_model import RobotModel
 
@@ -391,3 +392,18 @@ def test_what_does_not_fit_together_is_refused(problem: IkProblem, rest: Vector)
         problem.changed(priority="sideways")
     with pytest.raises(ShapeError, match="no tip"):
         problem.changed(tips=())
+
+
+def test_steps_of_another_number_of_joints_are_refused(
+    solver: InverseKinematics, model: RobotModel, home: Vector
+) -> None:
+    with pytest.raises(ShapeError, match=r"\(9,\), expected \(10,\)"):
+        solver.track([pose(model, home)], home, step_limit_rad=np.ones(9))
+
+
+def test_joints_without_an_end_have_other_starts_too(problem: IkProblem, home: Vector) -> None:
+    endless = JointLimits.make([-np.inf] * 10, [*[np.inf] * 5, *problem.limits.upper_rad[5:]])
+    bounds = SearchBounds(endless.lower, endless.upper)
+    starts = list(starts_of(problem.changed(limits=endless), home, bounds))
+    assert len(starts) > 5
+    assert np.abs(np.array(starts) - home).max() < 4.0 * np.pi
