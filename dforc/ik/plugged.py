@@ -12,22 +12,25 @@ import numpy as np
 from dforc.arrays import Vector
 from dforc.ik.kernel_cost import Chains, Geometry, Goal, Multipliers, cost, expand
 from dforc.ik.kernel_search import (
-    ARMIJO,
-    HALVINGS,
     KEPT_SHARE,
     NOISE_RAD,
     SETTLED_RAD,
-    SHIFT_GROWTH,
     SHORT_RAD,
     STUCK_SHARE,
+    begin,
+    missed,
+    press,
+)
+from dforc.ik.kernel_step import (
+    ARMIJO,
+    HALVINGS,
+    ROUNDING,
+    SHIFT_GROWTH,
     Limits,
     Room,
-    begin,
     confine,
     finite_length,
-    missed,
     newton_step,
-    press,
 )
 from dforc.ik.problem import ExtraConstraints
 
@@ -35,7 +38,6 @@ RHO = 1e5
 INSIDE = 1e-7  # h is kept this far above zero, for rounding
 KEPT = 5e-7
 DIFFERENCE_RAD = 1e-6
-ROUNDING = 1e-15
 
 
 @dataclass(slots=True)

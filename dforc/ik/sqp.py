@@ -10,7 +10,8 @@ import numpy as np
 from dforc.arrays import Vector
 from dforc.ik.kernel_chain import ChainArrays, Indices, chain_arrays
 from dforc.ik.kernel_cost import CONDITION, COST, IGNORED, Chains, Geometry, Goal, Multipliers
-from dforc.ik.kernel_search import STOPPED, Limits, Room, search
+from dforc.ik.kernel_search import STOPPED, search
+from dforc.ik.kernel_step import Limits, Room
 from dforc.ik.plugged import PluggedSearch
 from dforc.ik.problem import POSITION_WEIGHT, IkProblem, Priority, Tip, TipTarget
 from dforc.ik.solver import RawAnswer, SearchBounds
