@@ -26,6 +26,8 @@ app = cyclopts.App(
     help="Control stack for torque-sensing humanoids: emulated or real boards, CAN, services.",
     version=lambda: version(),  # looked up when it is asked for
     version_flags=["--version"],
+    # An option of several values needs no second one that empties it.
+    default_parameter=cyclopts.Parameter(negative_iterable=()),
 )
 demo = cyclopts.App(name="demo", help="What the whole stack does, shown.")
 can = cyclopts.App(name="can", help="CAN buses of this machine.")
@@ -36,15 +38,9 @@ cartesian = cyclopts.App(name="cartesian", help="Hands that go to poses.")
 joints = cyclopts.App(name="joints", help="Calibrate, move and park joints; what they do now.")
 board = cyclopts.App(name="board", help="Emulated boards, one by one.")
 experiment = cyclopts.App(name="experiment", help="Figures and tables of the papers, made again.")
-app.command(demo)
-app.command(experiment)
-app.command(can)
-app.command(board)
-app.command(joints)
-app.command(ik)
-app.command(cartesian)
-app.command(dynamics)
-app.command(learner)
+GROUPS = (demo, experiment, can, board, joints, ik, cartesian, dynamics, learner)
+for group in GROUPS:
+    app.command(group)
 # By name, so that a verb loads its own modules only: solver and compiler take a second.
 board.command("services.cli.board:board_run", name="run")
 board.command("services.cli.board:board_list", name="list")
@@ -100,12 +96,23 @@ def check_one_home() -> None:
             )
 
 
+def describe(arguments: list[str]) -> None:
+    """Load the verbs of the group whose list is asked for: each describes itself."""
+    if not arguments or set(arguments[1:]) - {"-h", "--help"}:
+        return
+    for group in GROUPS:
+        if arguments[0] in group.name:
+            for verb in list(group):
+                group[verb]
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run one command line; errors that a user can mend are one sentence, never a traceback."""
     for setting in ONE_THREAD:  # read once, when numpy is imported: not yet, verbs are by name
         os.environ.setdefault(setting, "1")
     try:
         check_one_home()
+        describe(sys.argv[1:] if arguments is None else arguments)
         status = app(arguments, result_action="return_value")
     except ServiceError as error:
         complain(error)

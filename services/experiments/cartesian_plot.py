@@ -10,6 +10,7 @@ matplotlib.use("Agg")  # no screen needed
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from dforc.arrays import Matrix
 from services.experiments.cartesian_course import PERIOD_S
@@ -46,6 +47,8 @@ def draw(runs: Sequence[Run], path: Path) -> None:
     for panel in panels.flat:
         panel.grid(visible=True, alpha=0.3)
     handles, labels = panels[0, 0].get_legend_handles_labels()
+    handles.append(Line2D([], [], color="black", linestyle="--", linewidth=0.8))
+    labels.append("asked for")
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     figure.suptitle(f"Cartesian controllers, right hand, {_joints(runs)} joints")
     figure.savefig(path, dpi=100)

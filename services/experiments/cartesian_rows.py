@@ -94,7 +94,7 @@ def _table(cells: Sequence[Cell], *, whole: bool) -> Table:
     course = cells[0].course
     metrics = [metric for metric in shown_metrics(course) if whole or metric.first]
     title = f"{course.name}, {cells[0].degrees_of_freedom} DoF, T = {course.trajectory_time_s:g} s"
-    table = Table(title=title, title_justify="left", caption=_given_up(course))
+    table = Table(title=title, title_justify="left", caption=_caption(course, metrics))
     table.add_column("arm", no_wrap=True)
     table.add_column("controller", no_wrap=True)
     for metric in metrics:
@@ -113,6 +113,13 @@ def _table(cells: Sequence[Cell], *, whole: bool) -> Table:
             table.add_row("", "prototype", *beside, style="dim")
         before = cell.plant
     return table
+
+
+def _caption(course: Course, metrics: Sequence[Metric]) -> str:
+    """What the headings mean, and what could not be reached."""
+    unclear = (metric for metric in metrics if metric.heading != "error")
+    meanings = "; ".join(f"{metric.heading}: {metric.meaning}" for metric in unclear)
+    return f"{_given_up(course)}. {meanings}. prototype: published before"
 
 
 def _given_up(course: Course) -> str:

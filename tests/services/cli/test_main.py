@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from services.cli.main import ONE_THREAD, main
+from services.cli.main import ONE_THREAD, app, main
 
 ROOT = Path(__file__).resolve().parents[3]
 LOOK = """
@@ -42,3 +42,15 @@ def test_the_list_of_verbs_says_what_up_does(capsys: pytest.CaptureFixture[str])
     assert main(["--help"]) == 0
     (line,) = [line for line in capsys.readouterr().out.splitlines() if "│ up " in line]
     assert "Start the stack" in line
+
+
+@pytest.mark.parametrize("group", ["can", "ik", "cartesian", "joints", "experiment"])
+def test_the_list_of_a_group_describes_every_verb(
+    group: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([group]) == 0
+    lines = [line.strip("│ ").split() for line in capsys.readouterr().out.splitlines()]
+    verbs = set(app[group]) - {"--help", "-h", "--version"}
+    described = [line for line in lines if line and line[0] in verbs]
+    assert {line[0] for line in described} == verbs
+    assert all(len(line) > 3 for line in described)

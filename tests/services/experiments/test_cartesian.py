@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -173,7 +174,8 @@ def test_tables_name_every_controller_and_put_the_prototype_beside(
     assert "lagging arm, n = 2" in shown
     for contender in CONTENDERS:
         assert contender.name in shown
-    assert shown.count("prototype") == 7
+    assert len(re.findall(r"prototype +│", shown)) == 7
+    assert "off line: off the straight line" in " ".join(shown.split())
 
 
 def test_the_lemniscate_is_followed_by_this_project_and_lost_by_damped_least_squares(
