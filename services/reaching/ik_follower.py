@@ -6,7 +6,12 @@ import numpy as np
 
 from dforc.arrays import Vector
 from dforc.errors import DforcError
-from dforc.ik.inverse_kinematics import TRACK_BUDGET, InverseKinematics
+from dforc.ik.inverse_kinematics import (
+    PROXIMAL,
+    TRACK_BUDGET,
+    TRACK_STEP_RAD,
+    InverseKinematics,
+)
 from services.core.errors import ConfigError
 from services.messages import IkSolution, VirtualPoint
 from services.reaching.ik_limb import DEFAULT_SOLVER, IkLimb
@@ -14,6 +19,8 @@ from services.reaching.ik_statistics import SearchCount
 from services.reaching.ik_targets import point_targets
 
 FORGET_AFTER_NS = 500_000_000  # without points, the next one starts from the measured posture again
+PERIOD_NS = 10_000_000  # of the points
+MOST_PERIODS = 10.0
 DRIFTED_RAD = math.radians(1.0)  # of a blocked joint that something else has moved
 
 
@@ -53,6 +60,7 @@ class Follower:
         Raises:
             ConfigError: the point is none.
         """
+        periods = self._periods(now_ns)
         if not self.is_following(now_ns):
             self._answer = measured
         before = self._answer
@@ -66,7 +74,13 @@ class Follower:
             before = np.where(drifted, measured, before)
         targets = point_targets(point, limb.tips)
         try:
-            result = self._inverse.track(targets, before, budget=budget)
+            result = self._inverse.track(
+                targets,
+                before,
+                step_limit_rad=periods * TRACK_STEP_RAD,
+                budget=budget,
+                proximal=PROXIMAL / periods,
+            )
         except DforcError as error:
             raise ConfigError(str(error)) from error
         self._answer = result.q_rad
@@ -87,6 +101,16 @@ class Follower:
             limited=result.step_limited,
             missed=self.counts.missed,
         )
+
+    def _periods(self, now_ns: int) -> float:
+        """Since the answer before: what a posture may move in one period it may in each of them.
+
+        A process that is kept waiting would else fall behind the point for good, and hand and
+        point part: what lies between them is no longer avoided.
+        """
+        if not self.is_following(now_ns):
+            return 1.0
+        return min(max(1.0, (now_ns - self._answered_ns) / PERIOD_NS), MOST_PERIODS)
 
     def _take_setup(self, limb: IkLimb) -> None:
         """Solve the problem of the set-up in use, with its solver."""

@@ -72,6 +72,21 @@ def test_no_joint_jumps_between_two_answers(robot: RobotFile, bench: Bench) -> N
     assert np.abs(np.diff(postures, axis=0)).max() <= np.radians(4.0) + 1e-9
 
 
+def test_process_that_was_kept_waiting_catches_up_with_the_point(
+    robot: RobotFile, bench: Bench
+) -> None:
+    bench.put(VIRTUAL_POINT, point(robot, (0.0, 0.0, 0.0), 0))
+    bench.advance(0.1)
+    bench.put(VIRTUAL_POINT, point(robot, (-0.05, -0.03, 0.05), 10))  # where it is by then
+    before, after = bench.sent(IK_SOLUTION)
+    assert after.status == "converged"
+    assert np.abs(np.subtract(after.q_rad, before.q_rad)).max() > np.radians(4.0)
+    bench.put(VIRTUAL_POINT, point(robot, (0.05, 0.03, -0.05), 11))  # a jump, and no wait
+    jumped = bench.last(IK_SOLUTION)
+    assert jumped.limited
+    assert np.abs(np.subtract(jumped.q_rad, after.q_rad)).max() <= np.radians(4.0) + 1e-9
+
+
 def test_out_of_reach_says_so_and_gives_the_nearest(robot: RobotFile, bench: Bench) -> None:
     for i in range(60):
         bench.put(VIRTUAL_POINT, point(robot, (-0.02 * i, 0.0, 0.0), i))
