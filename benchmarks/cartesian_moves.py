@@ -62,7 +62,7 @@ def random_moves(arm: Arm, count: int, seed: int) -> list[Move]:
     draw, found = np.random.default_rng(seed), list[Move]()
     limits = arm.limits
     while len(found) < count:
-        ends = []
+        ends: list[Pose] = []
         while len(ends) < 2:
             q = draw.uniform(limits.lower_rad, limits.upper_rad)
             if limits.violation(q) < 0.0:
@@ -120,7 +120,8 @@ def judge(arm: Arm, move: Move, outputs: list[CartesianOutput], seed: int) -> Ju
     slow_positions = np.array([arm.pose(q).position_m for q in slow])
     start, goal = move.start.position_m, move.goal.position_m
     duration_s = outputs[0].duration_s
-    ideal = minimum_jerk(np.arange(len(angles)) * PERIOD_S / duration_s)
+    times_s: Vector = np.arange(len(angles), dtype=np.float64) * PERIOD_S
+    ideal = minimum_jerk(times_s / duration_s)
     share = (positions - start) @ (goal - start) / float((goal - start) @ (goal - start))
     until = round(duration_s / PERIOD_S) + 1
     whole = rotation_error(move.start.rotation, move.goal.rotation)
