@@ -31,7 +31,7 @@ VERSION = "1.0"  # of requests, replies and events
 PERIOD_S = 0.01
 MOVES = ("go", "ask", "velocity", "stop")  # answered elsewhere
 
-Answer = Callable[[int, CartesianRequest], CartesianReply]
+Answer = Callable[[CartesianRequest], CartesianReply]
 
 
 class CartesianAnswers:
@@ -50,6 +50,7 @@ class CartesianAnswers:
         self._driver = driver
         self._readings = readings
         self._contexts = Contexts({name: limb.settings for name, limb in limbs.items()})
+        self._now_ns = 0  # of the request that is being answered
         self._answers: dict[str, Answer] = {
             "pose": self._pose,
             "desired": self._desired,
@@ -74,14 +75,15 @@ class CartesianAnswers:
         if request.action not in self._answers:
             known = ", ".join((*MOVES, *self._answers))
             raise RefusedError(f"unknown action {request.action!r}; known: {known}")
-        return self._answers[request.action](now_ns, request)
+        self._now_ns = now_ns
+        return self._answers[request.action](request)
 
     def take_changed(self) -> list[LimbSettings]:
         """Settings that inverse kinematics has not been told yet."""
         changed, self._changed = self._changed, []
         return changed
 
-    def _pose(self, now_ns: int, request: CartesianRequest) -> CartesianReply:  # noqa: ARG002
+    def _pose(self, request: CartesianRequest) -> CartesianReply:
         limb = self._limbs[self._names.one(request.limb)]
         q = self._posture(limb)
         if request.axis:
@@ -96,7 +98,7 @@ class CartesianAnswers:
             q_rad=tuple(q.tolist()),
         )
 
-    def _desired(self, now_ns: int, request: CartesianRequest) -> CartesianReply:  # noqa: ARG002
+    def _desired(self, request: CartesianRequest) -> CartesianReply:
         driver = self._driver
         if driver.target is None or self._names.one(request.limb) != driver.target_limb:
             raise RefusedError("nothing is desired: there has been no motion of this limb")
@@ -110,7 +112,7 @@ class CartesianAnswers:
             q_rad=tuple(q.tolist()),
         )
 
-    def _plan(self, now_ns: int, request: CartesianRequest) -> CartesianReply:  # noqa: ARG002
+    def _plan(self, request: CartesianRequest) -> CartesianReply:
         limb, output = self._limbs[self._names.one(request.limb)], self._driver.output
         if output is None or limb is not self._driver.control:  # nothing moves it
             velocities: tuple[TipVelocity, ...] = (TipVelocity(),) * len(limb.shape.tips)
@@ -126,13 +128,13 @@ class CartesianAnswers:
             velocities=velocities,
         )
 
-    def _done(self, now_ns: int, request: CartesianRequest) -> CartesianReply:  # noqa: ARG002
+    def _done(self, request: CartesianRequest) -> CartesianReply:
         state = self._driver.motions.state(request.motion)
         if state is None:
             raise RefusedError(f"motion {request.motion} is not known, or over for long")
         return CartesianReply(ok=True, limb=state.limb, motion=state)
 
-    def _set(self, now_ns: int, request: CartesianRequest) -> CartesianReply:
+    def _set(self, request: CartesianRequest) -> CartesianReply:
         limbs = self._names.all_of(request.limb)
         after = {
             name: changed_settings(
@@ -140,10 +142,10 @@ class CartesianAnswers:
             )
             for name in limbs
         }
-        self._use(now_ns, after)
-        return self._get(now_ns, request)
+        self._use(after)
+        return self._get(request)
 
-    def _get(self, now_ns: int, request: CartesianRequest) -> CartesianReply:  # noqa: ARG002
+    def _get(self, request: CartesianRequest) -> CartesianReply:
         limb = self._limbs[self._names.one(request.limb)]
         return CartesianReply(
             ok=True,
@@ -152,34 +154,34 @@ class CartesianAnswers:
             settings=told(limb.shape, limb.settings),
         )
 
-    def _store(self, now_ns: int, request: CartesianRequest) -> CartesianReply:  # noqa: ARG002
+    def _store(self, request: CartesianRequest) -> CartesianReply:
         limbs = self._names.all_of(request.limb)
         number = self._contexts.store({name: self._limbs[name].settings for name in limbs})
         return CartesianReply(ok=True, context=number)
 
-    def _restore(self, now_ns: int, request: CartesianRequest) -> CartesianReply:
+    def _restore(self, request: CartesianRequest) -> CartesianReply:
         stored = self._contexts.settings(request.context)
         limbs = [name for name in self._names.all_of(request.limb) if name in stored]
         if not limbs:
             raise RefusedError(
                 f"context {request.context} is of {', '.join(stored)}, not of {request.limb}"
             )
-        self._use(now_ns, {name: stored[name] for name in limbs})
+        self._use({name: stored[name] for name in limbs})
         return CartesianReply(ok=True, context=request.context)
 
-    def _delete(self, now_ns: int, request: CartesianRequest) -> CartesianReply:  # noqa: ARG002
+    def _delete(self, request: CartesianRequest) -> CartesianReply:
         self._contexts.delete(request.context)
         return CartesianReply(ok=True)
 
-    def _watch(self, now_ns: int, request: CartesianRequest) -> CartesianReply:  # noqa: ARG002
+    def _watch(self, request: CartesianRequest) -> CartesianReply:
         self._driver.motions.watch(request.checkpoint)
         return CartesianReply(ok=True)
 
-    def _unwatch(self, now_ns: int, request: CartesianRequest) -> CartesianReply:  # noqa: ARG002
+    def _unwatch(self, request: CartesianRequest) -> CartesianReply:
         self._driver.motions.unwatch(request.checkpoint)
         return CartesianReply(ok=True)
 
-    def _info(self, now_ns: int, request: CartesianRequest) -> CartesianReply:  # noqa: ARG002
+    def _info(self, request: CartesianRequest) -> CartesianReply:  # noqa: ARG002
         info = CartesianInfo(
             version=VERSION,
             limbs=tuple(_limb_info(limb.shape) for limb in self._limbs.values()),
@@ -198,14 +200,14 @@ class CartesianAnswers:
             return limb.references(reading)
         return np.array(reading.q_rad)
 
-    def _use(self, now_ns: int, after: Mapping[str, LimbSettings]) -> None:
+    def _use(self, after: Mapping[str, LimbSettings]) -> None:
         driver = self._driver
         for name, settings in after.items():
             limb = self._limbs[name]
             if settings.setup != limb.settings.setup:
                 self._changed.append(settings)
                 if limb is driver.control and driver.mode is not Mode.FIELD:
-                    driver.stop(now_ns, "stopped", "the settings of the limb have changed")
+                    driver.stop(self._now_ns, "stopped", "the settings of the limb have changed")
             limb.use(settings)
 
 
