@@ -105,11 +105,18 @@ class JointCommand(Message, frozen=True, kw_only=True):
 
 
 class Goal(Message, frozen=True, kw_only=True):
-    """Where the hand is to go, in the base frame; orientation as a rotation vector."""
+    """Where a hand is to go, in the base frame; orientation as a rotation vector."""
 
     position_m: Vector3
     rotation_rad: Vector3
     active: bool = True
+    limb: str = ""  # right_arm, left_arm or both_arms; empty = the main job's
+    position_only: bool = False  # the hand may turn as it likes
+    velocity_m_s: Vector3 = (0.0, 0.0, 0.0)  # of the goal itself
+    second_position_m: Vector3 | None = None  # of both arms' right hand; None = it is free
+    second_rotation_rad: Vector3 | None = None
+    second_velocity_m_s: Vector3 = (0.0, 0.0, 0.0)
+    follow: str = ""  # name of an object: position and velocity are its centre's
 
 
 class Obstacle(msgspec.Struct, frozen=True, array_like=True):
@@ -119,10 +126,31 @@ class Obstacle(msgspec.Struct, frozen=True, array_like=True):
     radius_m: float
 
 
+class WorldObject(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
+    """Something near the robot, in the base frame; `docs/fields.md` says what a source may send.
+
+    size_m: sphere: radius; ellipsoid: semi-axes; box: half edges; cylinder: radius and half length
+    along its z; mesh: none, the box about `vertices_m`.
+    """
+
+    name: str
+    shape: str  # sphere | ellipsoid | box | cylinder | mesh
+    size_m: Floats
+    position_m: Vector3
+    rotation_rad: Vector3 = (0.0, 0.0, 0.0)  # of its own axes, as a rotation vector
+    velocity_m_s: Vector3 | None = None  # None = to be estimated from the positions
+    covariance_m2: Floats | None = None  # of the position: xx, xy, xz, yy, yz, zz; None = exact
+    role: str = "obstacle"  # | target: may be followed, and is not avoided
+    on: bool = True  # off: listed, and without any effect
+    vertices_m: tuple[Vector3, ...] = ()  # of a mesh, in its own axes
+
+
 class Objects(Message, frozen=True, kw_only=True):
-    """Obstacles that the field keeps the hand out of."""
+    """What a source sees; it takes the place of all that the source sent before."""
 
     obstacles: tuple[Obstacle, ...] = ()
+    objects: tuple[WorldObject, ...] = ()
+    source: str = ""
 
 
 class VirtualPoint(Message, frozen=True, kw_only=True):
@@ -137,6 +165,10 @@ class VirtualPoint(Message, frozen=True, kw_only=True):
     second_position_m: Vector3 | None = None  # of the limb's second tip; None = it does not matter
     second_rotation_rad: Vector3 | None = None
     second_velocity_m_s: Vector3 = (0.0, 0.0, 0.0)
+    q_rad: Floats = ()  # posture of the limb whose hand the point is; empty = the field keeps none
+    dq_rad_s: Floats = ()
+    trajectory_time_s: float = 0.0  # of the controller that follows; 0 = the robot file's
+    mode: str = ""  # of the field
 
 
 class IkSolution(Message, frozen=True, kw_only=True):

@@ -4,6 +4,7 @@ Keys are `<robot>/<place>/<name>`; `place` is a part, a sensor or a service.
 """
 
 from services.core.stream import Call, PlacedStream, Stream
+from services.fields.messages import FieldReply, FieldRequest, FieldStatus
 from services.messages import (
     CartesianStatus,
     DynamicsStatus,
@@ -66,6 +67,7 @@ STATS = PlacedStream("stats", ServiceStats, rate_hz=1)
 
 GOAL = Stream("field/goal", Goal, rate_hz=0)
 OBJECTS = Stream("field/objects", Objects, rate_hz=0)
+FIELD_STATUS = Stream("field/status", FieldStatus, rate_hz=20)
 VIRTUAL_POINT = Stream("field/virtual_point", VirtualPoint, rate_hz=100)
 IK_SOLUTION = Stream("ik/ik_solution", IkSolution, rate_hz=100)
 IK_STATUS = Stream("ik/status", IkStatusReport, rate_hz=10)
@@ -91,4 +93,5 @@ LEARNER_CALL = Call("learner/request", LearnerRequest, Reply)
 IK_CALL = Call("ik/request", IkRequest, IkReply, timeout_s=10.0)
 PUSH_CALL = Call("boards/push", PushRequest, Reply)
 FAULT_CALL = Call("boards/fault", FaultRequest, Reply)
+FIELD_CALL = Call("field/request", FieldRequest, FieldReply, timeout_s=30.0)
 CARTESIAN_CALL = Call("cartesian/request", CartesianRequest, CartesianReply)
