@@ -199,6 +199,28 @@ class RobotModel:
         return chain
 
 
+def tree_description(
+    urdf_path: str, joints: Sequence[str], frames: Sequence[str]
+) -> tuple[list[ChainElement], list[ChainElement]]:
+    """One element per joint, in the order of `joints`, and one per frame (a link of the URDF).
+
+    As `RobotModel.chain_description` has them; `parent` counts in `joints`.
+    """
+    model = load_model(urdf_path, joints, ())
+    number = {model.getJointId(name): joint for joint, name in enumerate(joints)}
+    tree = []
+    for joint_id, joint in number.items():
+        parent = number.get(model.parents[joint_id], -1)
+        placement = model.jointPlacements[joint_id]
+        tree.append(_element(parent, placement, _axis_of(model, joint_id), joint))
+    held = []
+    for name in frames:
+        frame = model.frames[frame_index(model, name)]
+        parent = number.get(frame.parentJoint, -1)
+        held.append(_element(parent, frame.placement, np.zeros(3), -1))
+    return tree, held
+
+
 def load_model(urdf_path: str, joints: Sequence[str], frozen: Sequence[str]) -> "pin.Model":
     """A pinocchio model in which only `joints` move and the fixed joints `frozen` are kept apart.
 
@@ -231,7 +253,7 @@ def joint_columns(model: "pin.Model", joints: Sequence[str]) -> NDArray[np.intp]
 def frame_index(model: "pin.Model", frame: str) -> int:
     """Where a frame (a link or joint of the URDF) stands in the model's list of frames."""
     if not model.existFrame(frame):
-        raise ModelError(f"the robot model {model.name} has no frame {frame!r} for the tip")
+        raise ModelError(f"the robot model {model.name} has no frame {frame!r}")
     index: int = model.getFrameId(frame)
     return index
 
