@@ -1,0 +1,168 @@
+"""One scene, one law: the motion is executed tick by tick and judged by the referee."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dforc.field.rollout import PERIOD_S
+from dforc.rotation import angle_between
+from services.core.clock import thread_cpu_ns
+from services.experiments.field_arm_draw import ArmScene
+from services.experiments.field_arm_laws import ENDED, Answer, ArmLaw, Seen
+from services.experiments.field_arm_referee import Array, Standing, Verdict
+from services.experiments.field_arm_setting import ArmSetting
+
+REACHED_M = 0.005
+TURNED_RAD = np.radians(3.0)
+LONGEST_S = 20.0
+SETTLE_S = 0.5  # within 5 mm for so long is reached
+KEPT_RAD = 1e-6  # by which a limit may be missed
+MOVED_RAD = 1e-5  # of a joint in a tick: it moves
+SAYINGS = ("planning", "waiting", "unreachable")
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """One tick of a scene that changes: what the law is told, and how it truly is."""
+
+    seen: Seen
+    centres_m: Array | None = None  # (m, 3) of the scene's obstacles; None: where they were
+    body_rad: Array | None = None  # (N,) joints that are not the limb's; None: at home
+    is_waiting: bool = False  # nobody can reach the goal now
+
+
+Course = Callable[[int], Moment]  # by the tick's number; called once for each
+
+
+@dataclass
+class Outcome:
+    """What came of it."""
+
+    law: str
+    family: str
+    number: int
+    reached_s: float | None = None  # since when all hands stayed within 5 mm
+    error_m: float = np.inf  # of the worst hand at the end
+    angle_rad: float = np.inf
+    verdict: Verdict = field(default_factory=Verdict)
+    path_m: float = 0.0  # of the first hand
+    outside_rad: float = -np.inf  # largest, of a limit or row
+    moved_s: float | None = None  # first motion after the goal came
+    said_s: float | None = None  # first motion, or word of planning, waiting, or out of reach
+    states: tuple[str, ...] = ()  # in their order
+    reason: str = ""  # the last one
+    ticks_us: list[float] = field(default_factory=list)
+
+    @property
+    def reached(self) -> bool:
+        """All hands within 5 mm."""
+        return self.reached_s is not None
+
+    @property
+    def turned(self) -> bool:
+        """And turned as they should be."""
+        return self.reached and self.angle_rad <= TURNED_RAD
+
+    @property
+    def is_clean(self) -> bool:
+        """No contact, limits kept."""
+        return self.verdict.is_clean and self.outside_rad <= KEPT_RAD
+
+    def cause(self) -> str:
+        """What is wrong with it, in words; empty if nothing is."""
+        found = []
+        v = self.verdict
+        for near, at_s in ((v.obstacle, v.obstacle_s), (v.itself, v.itself_s)):
+            if near.distance_m <= 0.0:
+                depth = -1e3 * near.distance_m
+                found.append(f"{near.pair[0]} in {near.pair[1]}, {depth:.1f} mm, at {at_s:.2f} s")
+        if self.outside_rad > KEPT_RAD:
+            found.append(f"limit missed by {np.degrees(self.outside_rad):.2g} deg")
+        if not self.reached:
+            states = " > ".join(self.states[-4:])
+            found.append(f"{1e3 * self.error_m:.0f} mm away ({states}; {self.reason})")
+        return "; ".join(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A run tick by tick, to look at."""
+
+    q_rad: Array  # (k, n)
+    states: tuple[str, ...]  # (k,)
+
+
+def run(
+    setting: ArmSetting,
+    law: ArmLaw,
+    scene: ArmScene,
+    longest_s: float = LONGEST_S,
+    course: Course | None = None,
+) -> tuple[Outcome, Trace]:
+    """Execute and judge. Without a course everything stands still."""
+    outcome = Outcome(law.name, scene.family, scene.number)
+    referee = setting.referee
+    referee.face(scene.obstacles)
+    still = Moment(Seen(scene.goals, scene.obstacles))
+    law.begin(scene.start_rad)
+    before = Standing(setting.whole(scene.start_rad))
+    within, postures, states = 0, [scene.start_rad], [""]
+    for tick in range(round(longest_s / PERIOD_S)):
+        moment = still if course is None else course(tick)
+        begun = thread_cpu_ns()
+        answer = law.step(moment.seen)
+        outcome.ticks_us.append((thread_cpu_ns() - begun) / 1e3)
+        q, at_s = answer.q_rad, tick * PERIOD_S
+        after = Standing(setting.whole(q, moment.body_rad), moment.centres_m)
+        referee.judge(outcome.verdict, before, after, at_s, PERIOD_S)
+        outcome.outside_rad = max(outcome.outside_rad, setting.limits.violation(q))
+        _note(outcome, answer, postures[-1], at_s + PERIOD_S)
+        before = after
+        postures.append(q)
+        states.append(answer.state)
+        there = not moment.is_waiting and _all_within(setting, scene, after)
+        within = within + 1 if there else 0
+        if within * PERIOD_S >= SETTLE_S - 1e-9:
+            outcome.reached_s = at_s + PERIOD_S - SETTLE_S
+            break
+        if answer.state == ENDED and not within:
+            break
+    _measure(outcome, setting, scene, postures, before)
+    outcome.states = _without_repeats(states)
+    return outcome, Trace(np.array(postures), tuple(states))
+
+
+def _note(outcome: Outcome, answer: Answer, before: Array, at_s: float) -> None:
+    outcome.reason = answer.reason or outcome.reason
+    moves = float(np.abs(answer.q_rad - before).max()) > MOVED_RAD
+    if moves and outcome.moved_s is None:
+        outcome.moved_s = at_s
+    if (moves or answer.state in SAYINGS) and outcome.said_s is None:
+        outcome.said_s = at_s
+
+
+def _all_within(setting: ArmSetting, scene: ArmScene, standing: Standing) -> bool:
+    return all(
+        float(np.linalg.norm(p - goal.position_m)) <= REACHED_M
+        for (_, p), goal in zip(setting.hands_of(standing.body_rad), scene.goals, strict=True)
+    )
+
+
+def _measure(
+    outcome: Outcome,
+    setting: ArmSetting,
+    scene: ArmScene,
+    postures: Sequence[Array],
+    last: Standing,
+) -> None:
+    ends = list(zip(setting.hands_of(last.body_rad), scene.goals, strict=True))
+    outcome.error_m = max(float(np.linalg.norm(p - goal.position_m)) for (_, p), goal in ends)
+    outcome.angle_rad = max(angle_between(R, goal.rotation) for (R, _), goal in ends)
+    hands = np.array([setting.hands(q)[0][1] for q in postures])
+    outcome.path_m = float(np.linalg.norm(np.diff(hands, axis=0), axis=1).sum())
+
+
+def _without_repeats(states: Sequence[str]) -> tuple[str, ...]:
+    kept = [a for a, b in zip(states, ["", *states[:-1]], strict=True) if a != b]
+    return tuple(kept)
