@@ -1,0 +1,227 @@
+"""How the virtual arm gets to a goal: straight as long as that leads on, else by a planned path.
+
+Each attempt keeps a margin from obstacles. It looks for postures that have the hand at the goal
+and touch nothing; when the arm is stuck it plans a path to one of them. An attempt that fails is
+followed by one with half the margin, down to the least; then the goal counts as out of reach, and
+after a while all begins again: obstacles may have moved.
+"""
+
+import math
+from collections.abc import Sequence
+from enum import Enum, auto
+
+import numpy as np
+
+from dforc.arrays import Vector
+from dforc.collision.body import Body
+from dforc.collision.obstacles import World
+from dforc.limits import JointLimits
+from dforc.rotation import angle_between
+from dforc.virtual_arm.goal_postures import GoalSearch
+from dforc.virtual_arm.goals import ArmState, TipGoal
+from dforc.virtual_arm.motion import Indices
+from dforc.virtual_arm.params import ArmParams
+from dforc.virtual_arm.planner import PlanState, PosturePlanner
+from dforc.virtual_arm.progress import Progress
+from dforc.virtual_arm.way import Way
+
+MOVED_M = 0.03  # a goal that has moved farther is another one
+TURNED_RAD = math.radians(15.0)
+PLANNED_BESIDE_M = 0.002  # a path keeps so much more than the margin, so that it can be followed
+LEAST_TRIES = 40  # searches of a posture at a margin that may be lowered yet
+
+
+class Gait(Enum):
+    """What the arm does in this step."""
+
+    REACH = auto()  # hands go straight
+    STAND = auto()
+    FOLLOW = auto()  # the posture goes along a path
+
+
+class Pursuit:
+    """The attempts at one goal after another."""
+
+    def __init__(
+        self,
+        body: Body,
+        columns: Indices,
+        limits: JointLimits,
+        tips: tuple[int, ...],
+        rest_rad: Vector,
+        speeds: Vector,
+        params: ArmParams,
+        seed: int,
+    ) -> None:
+        """Build search and planner."""
+        self._params = params
+        self._speeds = speeds
+        self._search = GoalSearch(body, columns, limits, tips, rest_rad, seed)
+        self._planner = PosturePlanner(body, columns, limits, seed)
+        self.progress = Progress(params.stuck_s)
+        self.drop()
+
+    def drop(self) -> None:
+        """No goal any more."""
+        self.gait = Gait.STAND
+        self.state = ArmState.IDLE
+        self.reason = ""
+        self.margin_m = self._params.margin_m
+        self.way: Way | None = None
+        self.posture: Vector | None = None  # that has the hands at the goal
+        self.iterations = 0
+        self._goals: tuple[TipGoal | None, ...] | None = None
+        self._searching = False
+        self._tries = 0
+        self._planning = False
+        self._planned = 0
+        self._retry_s = 0.0
+        self.progress.restart()
+
+    @property
+    def nodes(self) -> int:
+        """Of the planner's trees."""
+        return self._planner.nodes if self._planning else 0
+
+    def advance(
+        self,
+        goals: tuple[TipGoal | None, ...],
+        errors: Sequence[tuple[float, float]],
+        q: Vector,
+        world: World,
+        others_q: Vector,
+        period_s: float,
+    ) -> None:
+        """Decide what this step does; `errors` (m, rad) are of the hands that have a goal."""
+        self.iterations = 0
+        if self._goals is None or _is_elsewhere(self._goals, goals):
+            self.drop()
+            self._goals = goals
+            self.gait = Gait.REACH
+            self.state = ArmState.REACHING
+            self._begin_search(goals, world, q, others_q)
+        if self._searching:
+            self._go_on_searching()
+        if self._planning:
+            self._go_on_planning(q)
+            return
+        if self.gait is Gait.FOLLOW:
+            self._look_along_the_way(q)
+        if self._is_there(errors):
+            self.state = ArmState.ARRIVED
+            return
+        if self.state in (ArmState.ARRIVED, ArmState.UNREACHABLE) and not self.progress.is_stuck:
+            self.state, self.reason = ArmState.REACHING, ""
+        if self._retry_s > 0.0:
+            self._retry_s -= period_s
+        elif self.progress.is_stuck:
+            self._find_a_way(goals, q, world, others_q)
+
+    def _begin_search(
+        self, goals: tuple[TipGoal | None, ...], world: World, q: Vector, others_q: Vector
+    ) -> None:
+        margin, own = self.margin_m + PLANNED_BESIDE_M, self._params.self_margin_m
+        self._search.begin(goals, world, q, others_q, margin, own + PLANNED_BESIDE_M)
+        self._searching, self._tries = True, 0
+
+    def _go_on_searching(self) -> None:
+        params = self._params
+        found = self._search.advance(params.goal_tries)
+        self._tries += params.goal_tries
+        self.iterations += params.goal_tries
+        if found:
+            self.posture = self._search.postures[0]
+        least = self.margin_m <= params.least_margin_m
+        most = params.most_goal_tries if least else LEAST_TRIES
+        if found >= params.enough_postures or self._tries >= most:
+            self._searching = False
+
+    def _find_a_way(
+        self, goals: tuple[TipGoal | None, ...], q: Vector, world: World, others_q: Vector
+    ) -> None:
+        """The arm is stuck."""
+        self.state, self.gait, self.way = ArmState.PLANNING, Gait.STAND, None
+        if self._searching:
+            return
+        if self.posture is None:
+            self._fail("no posture has the hand there without contact", goals, q, world, others_q)
+            return
+        margin, own = self.margin_m + PLANNED_BESIDE_M, self._params.self_margin_m
+        self._planner.begin(
+            q, self._search.postures, world, others_q, margin, own + PLANNED_BESIDE_M
+        )
+        self._planning, self._planned = True, 0
+        self._scene = goals, world, others_q
+
+    def _go_on_planning(self, q: Vector) -> None:
+        states = self._params.planner_states
+        state = self._planner.advance(states)
+        self._planned += states
+        self.iterations += states
+        if state is PlanState.FOUND:
+            self._planning = False
+            self.way = Way(self._planner.path, self._speeds)
+            self.gait, self.state = Gait.FOLLOW, ArmState.REACHING
+            self.progress.restart()
+        elif state is PlanState.FAILED or self._planned >= self._params.most_planner_states:
+            self._planning = False
+            self._fail(
+                "no way there without contact was found", *self._scene[:1], q, *self._scene[1:]
+            )
+
+    def _fail(
+        self,
+        reason: str,
+        goals: tuple[TipGoal | None, ...],
+        q: Vector,
+        world: World,
+        others_q: Vector,
+    ) -> None:
+        """This attempt has come to nothing."""
+        self.gait = Gait.REACH
+        self.progress.restart()
+        if self.margin_m > self._params.least_margin_m:
+            self.margin_m = max(self._params.least_margin_m, 0.5 * self.margin_m)
+        else:
+            self.margin_m = self._params.margin_m
+            self.state, self.reason = ArmState.UNREACHABLE, reason
+            self._retry_s = self._params.retry_s
+        self._begin_search(goals, world, q, others_q)
+
+    def _look_along_the_way(self, q: Vector) -> None:
+        if self.way is not None and self.way.is_at_end(q):
+            self.posture = self.way.end
+            self.way, self.gait = None, Gait.REACH
+            self.progress.restart()
+
+    def _is_there(self, errors: Sequence[tuple[float, float]]) -> bool:
+        """Whether the hands are at the goal, as far as any posture found has them there."""
+        params = self._params
+        off_m = max((error[0] for error in errors), default=0.0)
+        off_rad = max((error[1] for error in errors), default=0.0)
+        if off_m > params.position_tolerance_m:
+            return False
+        if off_rad <= params.orientation_tolerance_rad:
+            self.reason = ""
+            return True
+        best_rad = self._search.orientation_error_rad if self.posture is not None else math.inf
+        if not self._searching and off_rad <= best_rad + params.orientation_tolerance_rad:
+            self.reason = f"no posture has this orientation: {math.degrees(off_rad):.1f} deg away"
+            return True
+        return False
+
+
+def _is_elsewhere(before: Sequence[TipGoal | None], now: Sequence[TipGoal | None]) -> bool:
+    for a, b in zip(before, now, strict=True):
+        if a is None or b is None:
+            if a is not b:
+                return True
+            continue
+        if float(np.linalg.norm(a.position_m - b.position_m)) > MOVED_M:
+            return True
+        if (a.rotation is None) != (b.rotation is None):
+            return True
+        if a.rotation is not None and b.rotation is not None:
+            if angle_between(a.rotation, b.rotation) > TURNED_RAD:
+                return True
+    return False
