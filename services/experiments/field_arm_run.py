@@ -9,7 +9,7 @@ from dforc.field.rollout import PERIOD_S
 from dforc.rotation import angle_between
 from services.core.clock import thread_cpu_ns
 from services.experiments.field_arm_draw import ArmScene
-from services.experiments.field_arm_laws import ENDED, Answer, ArmLaw, Seen
+from services.experiments.field_arm_laws import ENDED, ArmLaw, Seen
 from services.experiments.field_arm_referee import Array, Standing, Verdict
 from services.experiments.field_arm_setting import ArmSetting
 
@@ -18,7 +18,7 @@ TURNED_RAD = np.radians(3.0)
 LONGEST_S = 20.0
 SETTLE_S = 0.5  # within 5 mm for so long is reached
 KEPT_RAD = 1e-6  # by which a limit may be missed
-MOVED_RAD = 1e-5  # of a joint in a tick: it moves
+NEARER_M = 1e-5  # in a tick: it moves towards the goal
 SAYINGS = ("planning", "waiting", "unreachable")
 
 
@@ -29,7 +29,7 @@ class Moment:
     seen: Seen
     centres_m: Array | None = None  # (m, 3) of the scene's obstacles; None: where they were
     body_rad: Array | None = None  # (N,) joints that are not the limb's; None: at home
-    is_waiting: bool = False  # nobody can reach the goal now
+    is_waiting: bool = False  # the scene's goal is not given yet, or nobody can reach it
 
 
 Course = Callable[[int], Moment]  # by the tick's number; called once for each
@@ -48,8 +48,9 @@ class Outcome:
     verdict: Verdict = field(default_factory=Verdict)
     path_m: float = 0.0  # of the first hand
     outside_rad: float = -np.inf  # largest, of a limit or row
-    moved_s: float | None = None  # first motion after the goal came
-    said_s: float | None = None  # first motion, or word of planning, waiting, or out of reach
+    goal_s: float = 0.0  # when the goal was given or could be reached
+    moved_s: float | None = None  # after that: the hands drew nearer to it
+    said_s: float | None = None  # the same, or word of planning, waiting, or out of reach
     states: tuple[str, ...] = ()  # in their order
     reason: str = ""  # the last one
     ticks_us: list[float] = field(default_factory=list)
@@ -107,7 +108,8 @@ def run(
     still = Moment(Seen(scene.goals, scene.obstacles))
     law.begin(scene.start_rad)
     before = Standing(setting.whole(scene.start_rad))
-    within, postures, states = 0, [scene.start_rad], [""]
+    within, away = 0, _away(setting, scene, before)
+    postures, states = [scene.start_rad], [""]
     for tick in range(round(longest_s / PERIOD_S)):
         moment = still if course is None else course(tick)
         begun = thread_cpu_ns()
@@ -117,11 +119,17 @@ def run(
         after = Standing(setting.whole(q, moment.body_rad), moment.centres_m)
         referee.judge(outcome.verdict, before, after, at_s, PERIOD_S)
         outcome.outside_rad = max(outcome.outside_rad, setting.limits.violation(q))
-        _note(outcome, answer, postures[-1], at_s + PERIOD_S)
+        gone = _away(setting, scene, after)
+        if moment.is_waiting:
+            outcome.goal_s = at_s + PERIOD_S
+        else:
+            _note(outcome, answer.state, gone, away, at_s + PERIOD_S)
+        away = gone
+        outcome.reason = answer.reason or outcome.reason
         before = after
         postures.append(q)
         states.append(answer.state)
-        there = not moment.is_waiting and _all_within(setting, scene, after)
+        there = not moment.is_waiting and float(gone.max()) <= REACHED_M
         within = within + 1 if there else 0
         if within * PERIOD_S >= SETTLE_S - 1e-9:
             outcome.reached_s = at_s + PERIOD_S - SETTLE_S
@@ -133,20 +141,20 @@ def run(
     return outcome, Trace(np.array(postures), tuple(states))
 
 
-def _note(outcome: Outcome, answer: Answer, before: Array, at_s: float) -> None:
-    outcome.reason = answer.reason or outcome.reason
-    moves = float(np.abs(answer.q_rad - before).max()) > MOVED_RAD
+def _note(outcome: Outcome, state: str, away: Array, before: Array, at_s: float) -> None:
+    """When the goal was answered: distances of the hands now and a tick before."""
+    moves = float((before - away).sum()) > NEARER_M
     if moves and outcome.moved_s is None:
-        outcome.moved_s = at_s
-    if (moves or answer.state in SAYINGS) and outcome.said_s is None:
-        outcome.said_s = at_s
+        outcome.moved_s = at_s - outcome.goal_s
+    if (moves or state in SAYINGS) and outcome.said_s is None:
+        outcome.said_s = at_s - outcome.goal_s
 
 
-def _all_within(setting: ArmSetting, scene: ArmScene, standing: Standing) -> bool:
-    return all(
-        float(np.linalg.norm(p - goal.position_m)) <= REACHED_M
-        for (_, p), goal in zip(setting.hands_of(standing.body_rad), scene.goals, strict=True)
-    )
+def _away(setting: ArmSetting, scene: ArmScene, standing: Standing) -> Array:
+    """Distance of each hand from its goal."""
+    hands = setting.hands_of(standing.body_rad)
+    pairs = zip(hands, scene.goals, strict=True)
+    return np.array([float(np.linalg.norm(p - goal.position_m)) for (_, p), goal in pairs])
 
 
 def _measure(
