@@ -200,6 +200,20 @@ class PosturePlanner:
             path, begin, world, others_q, margin_m, self_margin_m, looks
         ).blocked
 
+    def free_length(
+        self,
+        q_a: Vector,
+        q_b: Vector,
+        world: World,
+        others_q: Vector,
+        margin_m: float,
+        self_margin_m: float,
+        looks: int,
+    ) -> float:
+        """Which share (0 to 1) of the straight way from q_a to q_b is free; as `free_along`."""
+        both = np.stack([q_a, q_b])
+        return self.free_along(both, 0.0, world, others_q, margin_m, self_margin_m, looks).reached
+
     def _is_free(self, q: Vector) -> bool:
         free, _, _ = march(self._scene, q, q, 1, False)
         return bool(free >= 1.0)
