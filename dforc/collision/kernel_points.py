@@ -12,8 +12,8 @@ from dforc.compiled import compiled
 SPHERE, ELLIPSOID = int(Shape.SPHERE), int(Shape.ELLIPSOID)
 BOX, CYLINDER = int(Shape.BOX), int(Shape.CYLINDER)
 
-NEWTON_STEPS = 60  # four or five are taken
-ROUNDING = 4e-16
+NEWTON_STEPS = 60  # three are taken
+CONVERGED = 1e-9  # of u: what is left of a step is its square
 
 Distance = tuple[float, float, float, float]  # signed distance, gradient
 
@@ -89,21 +89,18 @@ def ellipsoid_distance(a: float, b: float, c: float, x: float, y: float, z: floa
     m2 = m * m
     ga, gb, gc = a * a - m2, b * b - m2, c * c - m2
     ax, by, cz = a * abs(x), b * abs(y), c * abs(z)
-    high = math.sqrt(ax * ax + by * by + cz * cz)
-    low = _along_smallest(ga, gb, gc, ax, by, cz)
-    u = _root(ga, gb, gc, ax, by, cz, low, high)
-    # Components of p; of the smallest semi-axis what the others leave of 1 where u is 0.
-    px = ax / (u + ga) if u + ga > 0.0 else 0.0
-    py = by / (u + gb) if u + gb > 0.0 else 0.0
-    pz = cz / (u + gc) if u + gc > 0.0 else 0.0
-    missing = 1.0 - px * px - py * py - pz * pz
-    if u + min(ga, min(gb, gc)) <= 0.0 and missing > 0.0:
+    u = _root(ga, gb, gc, ax, by, cz)
+    px = ax / (u + ga) if ax > 0.0 and u + ga > 0.0 else 0.0
+    py = by / (u + gb) if by > 0.0 and u + gb > 0.0 else 0.0
+    pz = cz / (u + gc) if cz > 0.0 and u + gc > 0.0 else 0.0
+    if u == 0.0:
+        missing = math.sqrt(max(1.0 - px * px - py * py - pz * pz, 0.0))
         if ga == 0.0:
-            px = math.sqrt(missing)
+            px = missing
         elif gb == 0.0:
-            py = math.sqrt(missing)
+            py = missing
         else:
-            pz = math.sqrt(missing)
+            pz = missing
     nx, ny, nz = px / a, py / b, pz / c
     length = math.sqrt(nx * nx + ny * ny + nz * nz)
     return (
@@ -115,51 +112,33 @@ def ellipsoid_distance(a: float, b: float, c: float, x: float, y: float, z: floa
 
 
 @compiled
-def _along_smallest(ga: float, gb: float, gc: float, ax: float, by: float, cz: float) -> float:
-    """Length of what belongs to the smallest semi-axes: p alone of it is 1 at u = this."""
-    total = 0.0
-    if ga == 0.0:
-        total += ax * ax
-    if gb == 0.0:
-        total += by * by
-    if gc == 0.0:
-        total += cz * cz
-    return math.sqrt(total)
-
-
-@compiled
-def _root(
-    ga: float, gb: float, gc: float, ax: float, by: float, cz: float, low: float, high: float
-) -> float:
-    """The u >= 0 with |p(u)| = 1, between low and high; 0 where |p| is below 1 for all."""
-    if low == 0.0:
-        px = ax / ga if ga > 0.0 else 0.0
-        py = by / gb if gb > 0.0 else 0.0
-        pz = cz / gc if gc > 0.0 else 0.0
+def _root(ga: float, gb: float, gc: float, ax: float, by: float, cz: float) -> float:
+    """The u >= 0 with |p(u)| = 1; 0 where |p| is below 1 for all."""
+    low = max(ax - ga, max(by - gb, cz - gc))  # there one component alone is 1
+    high = ax + by + cz
+    if low <= 0.0:
+        low = 0.0
+        px = ax / ga if ax > 0.0 else 0.0
+        py = by / gb if by > 0.0 else 0.0
+        pz = cz / gc if cz > 0.0 else 0.0
         if px * px + py * py + pz * pz <= 1.0:
             return 0.0
-    u = low if low > 0.0 else 0.0
+    u = low
     for _ in range(NEWTON_STEPS):
-        da, db, dc = u + ga, u + gb, u + gc
-        px = ax / da if ax > 0.0 else 0.0
-        py = by / db if by > 0.0 else 0.0
-        pz = cz / dc if cz > 0.0 else 0.0
-        square = px * px + py * py + pz * pz
+        ra = 1.0 / (u + ga) if ax > 0.0 else 0.0
+        rb = 1.0 / (u + gb) if by > 0.0 else 0.0
+        rc = 1.0 / (u + gc) if cz > 0.0 else 0.0
+        px, py, pz = ax * ra, by * rb, cz * rc
+        px, py, pz = px * px, py * py, pz * pz
+        square = px + py + pz
         if square >= 1.0:
-            low = max(low, u)
+            low = u
         else:
-            high = min(high, u)
-        slope = 0.0
-        slope += px * px / da if ax > 0.0 else 0.0
-        slope += py * py / db if by > 0.0 else 0.0
-        slope += pz * pz / dc if cz > 0.0 else 0.0
-        step = (math.sqrt(square) - 1.0) * square / slope
-        if abs(step) <= ROUNDING * u:
-            break
-        trial = u + step
-        if not low <= trial <= high:
-            trial = 0.5 * (low + high)
-        u = trial
-        if high - low <= ROUNDING * high:
+            high = u
+        step = (math.sqrt(square) - 1.0) * square / (px * ra + py * rb + pz * rc)
+        u += step
+        if not low <= u <= high:
+            u = 0.5 * (low + high)
+        elif abs(step) <= CONVERGED * u:
             break
     return u
