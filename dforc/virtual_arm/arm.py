@@ -23,7 +23,7 @@ from dforc.virtual_arm.goals import ArmOutput, ArmState, TipGoal
 from dforc.virtual_arm.kernel_arm import hand_speed
 from dforc.virtual_arm.motion import ArmMotion
 from dforc.virtual_arm.params import ArmParams
-from dforc.virtual_arm.pursuit import Gait, Pursuit
+from dforc.virtual_arm.pursuit import Gait, Pursuit, Situation
 
 POSITION_WEIGHT, TURN_WEIGHT = 1e4, 1.0  # (m/s)^-2, (rad/s)^-2: the position is the condition
 POSTURE_WEIGHT = 0.02
@@ -122,7 +122,7 @@ class VirtualArm:
                 pursuit.drop()
         else:
             known = [error for error in errors if error is not None]
-            pursuit.advance(asked, known, motion.q, world, others_q, dt_s)
+            pursuit.advance(Situation(asked, motion.q, world, others_q), known, dt_s)
         held, missed = self._move(asked, world, self._share(lag_m), dt_s)
         return self._output(errors, held, missed, lag_m)
 

@@ -21,6 +21,27 @@ RETURN_RAD_S = 0.3  # fastest way back inside of a limit
 AS_WANTED, FASTER, MISSED, STOPPED = 0, 1, 2, 3  # how an answer came about
 
 
+class Wishes(NamedTuple):
+    """What is wanted of hands and posture: least squares, for r rows and n joints."""
+
+    J: Matrix  # (r, n) of all hands' tasks
+    v: Vector  # (r,) their speeds
+    weights: Vector  # (r,), 0 where nothing is wanted
+    dq: Vector  # (n,) of the posture
+    posture: Vector  # (n,) its weights, all positive
+
+
+class Keeping(NamedTuple):
+    """What has to be kept: limits and rows as JointLimits has them, speeds, surfaces."""
+
+    C: Matrix  # (n + m, n)
+    lower: Vector
+    upper: Vector
+    speeds: Vector  # (n,) largest of each joint
+    gradients: Matrix  # (>= k, n) of the distances to surfaces
+    floors: Vector  # (>= k,) their least speed
+
+
 class Room(NamedTuple):
     """Scratch of the program, for n joints, m rows and k surfaces."""
 
@@ -46,25 +67,23 @@ def room_of(n: int, m: int, k: int) -> Room:
 
 
 @compiled
-def _cost(
-    J: Matrix, v: Vector, weights: Vector, dq_wanted: Vector, posture: Vector, H: Matrix, g: Vector
-) -> None:
+def _cost(wishes: Wishes, H: Matrix, g: Vector) -> None:
     """Fill H (both halves) and g of the joints' part."""
-    n = len(dq_wanted)
+    n = len(wishes.dq)
     for j in range(n):
-        g[j] = -posture[j] * dq_wanted[j]
+        g[j] = -wishes.posture[j] * wishes.dq[j]
         for k in range(n):
             H[j, k] = 0.0
-        H[j, j] = posture[j]
-    for r in range(len(v)):
-        weight = weights[r]
+        H[j, j] = wishes.posture[j]
+    for r in range(len(wishes.v)):
+        weight = wishes.weights[r]
         if weight == 0.0:
             continue
         for j in range(n):
-            scaled = weight * J[r, j]
-            g[j] -= scaled * v[r]
+            scaled = weight * wishes.J[r, j]
+            g[j] -= scaled * wishes.v[r]
             for k in range(j + 1):
-                H[j, k] += scaled * J[r, k]
+                H[j, k] += scaled * wishes.J[r, k]
     for j in range(n):
         for k in range(j):
             H[k, j] = H[j, k]
@@ -79,109 +98,102 @@ def _towards(left: float, rate: float, back: float, period_s: float) -> float:
 
 
 @compiled
-def _limits(
-    q: Vector,
-    C: Matrix,
-    lower: Vector,
-    upper: Vector,
-    speeds: Vector,
-    period_s: float,
-    room: Room,
-) -> None:
-    """The first n + m constraints: joints and rows."""
-    n = len(q)
+def _bounds(q: Vector, keeping: Keeping, count: int, period_s: float, room: Room) -> None:
+    """All constraints but the last: joints and rows, then `count` surfaces."""
+    n, C = len(q), keeping.C
     for i in range(len(C)):
         value, fastest = 0.0, 0.0
         for j in range(n):
             value += C[i, j] * q[j]
-            fastest += abs(C[i, j]) * speeds[j]
+            fastest += abs(C[i, j]) * keeping.speeds[j]
             room.C[i, j] = C[i, j]
         room.C[i, n] = 0.0
-        room.upper[i] = min(fastest, _towards(upper[i] - value, LIMIT_1_S, RETURN_RAD_S, period_s))
-        room.lower[i] = -min(fastest, _towards(value - lower[i], LIMIT_1_S, RETURN_RAD_S, period_s))
+        above = _towards(keeping.upper[i] - value, LIMIT_1_S, RETURN_RAD_S, period_s)
+        below = _towards(value - keeping.lower[i], LIMIT_1_S, RETURN_RAD_S, period_s)
+        room.upper[i] = min(fastest, above)
+        room.lower[i] = -min(fastest, below)
+    for k in range(count):
+        row = len(C) + k
+        for j in range(n):
+            room.C[row, j] = keeping.gradients[k, j]
+        room.C[row, n] = 0.0
+        room.lower[row] = keeping.floors[k]
+        room.upper[row] = np.inf
+
+
+@compiled
+def _smoothly(dq_before: Vector, step: float, low: Vector, high: Vector) -> None:
+    """Narrow the joints' bounds to a change of speed, where that leaves anything."""
+    for j in range(len(dq_before)):
+        slow, fast = low[j], high[j]
+        if dq_before[j] - step <= fast:
+            low[j] = max(slow, dq_before[j] - step)
+        if dq_before[j] + step >= slow:
+            high[j] = min(fast, dq_before[j] + step)
+
+
+@compiled
+def _solve_missing(first: int, count: int, room: Room) -> int:
+    """The program with one more unknown: the speed by which all surfaces are missed."""
+    n = len(room.g) - 1
+    last = first + count
+    for j in range(n):
+        room.H[n, j] = 0.0
+        room.H[j, n] = 0.0
+        room.C[last, j] = 0.0
+    room.H[n, n] = MISS_WEIGHT
+    room.g[n] = 0.0
+    for k in range(count):
+        room.C[first + k, n] = 1.0
+    room.C[last, n] = 1.0
+    room.lower[last] = 0.0
+    room.upper[last] = np.inf
+    used = last + 1
+    return solve_quadratic(
+        room.H, room.g, room.C[:used], room.lower[:used], room.upper[:used], room.work
+    )
 
 
 @compiled
 def choose_velocity(
     q: Vector,
     dq_before: Vector,
-    J: Matrix,
-    v: Vector,
-    weights: Vector,
-    dq_wanted: Vector,
-    posture: Vector,
-    C: Matrix,
-    lower: Vector,
-    upper: Vector,
-    speeds: Vector,
     acceleration: float,
-    gradients: Matrix,
-    floors: Vector,
-    count: int,
     period_s: float,
+    wishes: Wishes,
+    keeping: Keeping,
+    count: int,
     room: Room,
     dq: Vector,
 ) -> int:
     """Joint speeds dq (n,) of the next period, and how they came about.
 
     Args:
-        q: posture (n,); dq_before the speeds of the period before.
-        J: (r, n) of all hands' tasks, v (r,) what they want, weights (r,).
-        dq_wanted: (n,) of the posture, with weights `posture` (n,), all positive.
-        C, lower, upper: limits and rows as JointLimits has them.
-        speeds: (n,) largest of each joint; acceleration [rad/s^2] of all, unless surfaces need more.
-        gradients: (count, n) of the distances to surfaces, floors (count,): their least speed.
-        count: surfaces.
+        q: posture (n,).
+        dq_before: speeds of the period before (n,).
+        acceleration: [rad/s^2] of all joints, unless surfaces need more.
         period_s: of a step.
+        wishes: the cost.
+        keeping: the constraints.
+        count: surfaces.
         room: scratch.
         dq: the answer.
     """
-    n, m = len(q), len(C)
-    _cost(J, v, weights, dq_wanted, posture, room.H, room.g)
-    _limits(q, C, lower, upper, speeds, period_s, room)
-    for k in range(count):
-        row = m + k
-        for j in range(n):
-            room.C[row, j] = gradients[k, j]
-        room.C[row, n] = 0.0
-        room.lower[row] = floors[k]
-        room.upper[row] = np.inf
-    wide_low, wide_high = room.lower[:n].copy(), room.upper[:n].copy()
-    step = acceleration * period_s
-    for j in range(n):
-        if dq_before[j] - step <= wide_high[j]:
-            room.lower[j] = max(wide_low[j], dq_before[j] - step)
-        if dq_before[j] + step >= wide_low[j]:
-            room.upper[j] = min(wide_high[j], dq_before[j] + step)
+    n, m = len(q), len(keeping.C)
     used = m + count
-    small = room.work[: QP_ROOM_ROWS + 3 * n, :n].copy()
+    _cost(wishes, room.H, room.g)
+    _bounds(q, keeping, count, period_s, room)
+    low, high = room.lower[:used].copy(), room.upper[:used].copy()
+    _smoothly(dq_before, acceleration * period_s, low[:n], high[:n])
+    small = np.empty((QP_ROOM_ROWS + 3 * n, n))
     H, g, A = room.H[:n, :n].copy(), room.g[:n].copy(), room.C[:used, :n].copy()
-    solved = solve_quadratic(H, g, A, room.lower[:used], room.upper[:used], small)
-    how = AS_WANTED
-    if solved < 0:
-        room.lower[:n] = wide_low
-        room.upper[:n] = wide_high
-        solved = solve_quadratic(H, g, A, room.lower[:used], room.upper[:used], small)
-        how = FASTER
-    if solved >= 0:
+    if solve_quadratic(H, g, A, low, high, small) >= 0:
         dq[:] = small[0]
-        return how
-    for j in range(n):
-        room.H[n, j] = 0.0
-        room.H[j, n] = 0.0
-        room.C[used, j] = 0.0
-    room.H[n, n] = MISS_WEIGHT
-    room.g[n] = 0.0
-    for k in range(count):
-        room.C[m + k, n] = 1.0
-    room.C[used, n] = 1.0
-    room.lower[used] = 0.0
-    room.upper[used] = np.inf
-    used += 1
-    solved = solve_quadratic(
-        room.H, room.g, room.C[:used], room.lower[:used], room.upper[:used], room.work
-    )
-    if solved >= 0:
+        return AS_WANTED
+    if solve_quadratic(H, g, A, room.lower[:used], room.upper[:used], small) >= 0:
+        dq[:] = small[0]
+        return FASTER
+    if _solve_missing(m, count, room) >= 0:
         dq[:] = room.work[0, :n]
         return MISSED
     dq[:] = 0.0

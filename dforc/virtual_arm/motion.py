@@ -21,6 +21,8 @@ from dforc.virtual_arm.kernel_arm import surfaces
 from dforc.virtual_arm.kernel_velocity import (
     MISSED,
     STOPPED,
+    Keeping,
+    Wishes,
     choose_velocity,
     room_of,
 )
@@ -67,6 +69,14 @@ class ArmMotion:
         self._drifts: Vector = np.zeros(MOST_SURFACES)
         self._limb_gradients: Matrix = np.zeros((MOST_SURFACES, n))
         self._floors: Vector = np.zeros(MOST_SURFACES)
+        self._keeping = Keeping(
+            limits.C,
+            limits.lower,
+            limits.upper,
+            self.speeds,
+            self._limb_gradients,
+            self._floors,
+        )
         self._frames: Matrix = np.zeros((N, 12))
         self._segments: Matrix = np.zeros((c, 6))
         self._room = room_of(n, len(limits.C) - n, MOST_SURFACES)
@@ -144,23 +154,15 @@ class ArmMotion:
         """Move by one period. Whether the last speed was held, and whether surfaces are missed."""
         dq = np.zeros(self.n)
         limits, params = self.limits, self.params
+        wishes = Wishes(self.jacobian, v, weights, dq_wanted, posture)
         how = choose_velocity(
             self.q,
             self.dq,
-            self.jacobian,
-            v,
-            weights,
-            dq_wanted,
-            posture,
-            limits.C,
-            limits.lower,
-            limits.upper,
-            self.speeds,
             params.acceleration_rad_s2,
-            self._limb_gradients,
-            self._floors,
-            self.count,
             period_s,
+            wishes,
+            self._keeping,
+            self.count,
             self._room,
             dq,
         )

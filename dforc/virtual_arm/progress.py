@@ -26,6 +26,11 @@ class Progress:
         self._since_s += period_s
 
     @property
+    def is_advancing(self) -> bool:
+        """Whether some of it has happened over the whole window."""
+        return self._since_s >= self._window_s and self._done >= LEAST_SHARE * self._wanted
+
+    @property
     def is_stuck(self) -> bool:
         """Whether hardly any of it has happened for the whole window."""
         return self._since_s >= self._window_s and self._done < LEAST_SHARE * self._wanted

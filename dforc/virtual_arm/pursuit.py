@@ -9,6 +9,7 @@ after a while all begins again: obstacles may have moved.
 import math
 from collections.abc import Sequence
 from enum import Enum, auto
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,10 +26,25 @@ from dforc.virtual_arm.planner import PlanState, PosturePlanner
 from dforc.virtual_arm.progress import Progress
 from dforc.virtual_arm.way import Way
 
-MOVED_M = 0.03  # a goal that has moved farther is another one
-TURNED_RAD = math.radians(15.0)
+MOVED_M, TURNED_RAD = 0.03, math.radians(15.0)  # a goal that has moved more: other postures
+JUMPED_M, JUMPED_RAD = 0.10, math.radians(45.0)  # between two steps: another goal
+LOOK_EVERY = 10  # steps, along the path
+LOOKS = 150  # postures, then
+ALONG_SHARE = 0.5  # of the margin, that has to be left along a path that is followed
 PLANNED_BESIDE_M = 0.002  # a path keeps so much more than the margin, so that it can be followed
 LEAST_TRIES = 40  # searches of a posture at a margin that may be lowered yet
+
+
+Goals = tuple[TipGoal | None, ...]
+
+
+class Situation(NamedTuple):
+    """Of one step."""
+
+    goals: Goals
+    q: Vector  # (n,)
+    world: World
+    others_q: Vector  # (N,)
 
 
 class Gait(Enum):
@@ -56,26 +72,28 @@ class Pursuit:
         """Build search and planner."""
         self._params = params
         self._speeds = speeds
+        self._seed = seed
         self._search = GoalSearch(body, columns, limits, tips, rest_rad, seed)
         self._planner = PosturePlanner(body, columns, limits, seed)
         self.progress = Progress(params.stuck_s)
+        self.margin_m = params.margin_m
+        self._tries = self._planned = self._attempts = 0
         self.drop()
 
     def drop(self) -> None:
-        """No goal any more."""
+        """No goal any more. The margin stays: nothing moves for it."""
         self.gait = Gait.STAND
         self.state = ArmState.IDLE
         self.reason = ""
-        self.margin_m = self._params.margin_m
         self.way: Way | None = None
         self.posture: Vector | None = None  # that has the hands at the goal
         self.iterations = 0
-        self._goals: tuple[TipGoal | None, ...] | None = None
+        self._goals: Goals | None = None  # of the step before
+        self._searched: Goals | None = None  # that postures are looked for
         self._searching = False
-        self._tries = 0
         self._planning = False
-        self._planned = 0
         self._retry_s = 0.0
+        self._steps = 0
         self.progress.restart()
 
     @property
@@ -85,43 +103,54 @@ class Pursuit:
 
     def advance(
         self,
-        goals: tuple[TipGoal | None, ...],
+        now: Situation,
         errors: Sequence[tuple[float, float]],
-        q: Vector,
-        world: World,
-        others_q: Vector,
         period_s: float,
     ) -> None:
         """Decide what this step does; `errors` (m, rad) are of the hands that have a goal."""
         self.iterations = 0
-        if self._goals is None or _is_elsewhere(self._goals, goals):
-            self.drop()
-            self._goals = goals
-            self.gait = Gait.REACH
-            self.state = ArmState.REACHING
-            self._begin_search(goals, world, q, others_q)
+        if self._goals is None or _is_beyond(self._goals, now.goals, JUMPED_M, JUMPED_RAD):
+            self._take_up(now)
+        elif self._searched and _is_beyond(self._searched, now.goals, MOVED_M, TURNED_RAD):
+            self._begin_search(now)
+        self._goals = now.goals
         if self._searching:
             self._go_on_searching()
         if self._planning:
-            self._go_on_planning(q)
+            self._go_on_planning(now)
             return
         if self.gait is Gait.FOLLOW:
-            self._look_along_the_way(q)
+            self._look_along_the_way(now)
         if self._is_there(errors):
             self.state = ArmState.ARRIVED
             return
-        if self.state in (ArmState.ARRIVED, ArmState.UNREACHABLE) and not self.progress.is_stuck:
+        known = self.state is ArmState.UNREACHABLE
+        if self.state is ArmState.ARRIVED or (known and self.progress.is_advancing):
             self.state, self.reason = ArmState.REACHING, ""
         if self._retry_s > 0.0:
             self._retry_s -= period_s
         elif self.progress.is_stuck:
-            self._find_a_way(goals, q, world, others_q)
+            self._find_a_way(now)
 
-    def _begin_search(
-        self, goals: tuple[TipGoal | None, ...], world: World, q: Vector, others_q: Vector
-    ) -> None:
+    def _take_up(self, now: Situation) -> None:
+        """Another goal."""
+        self.drop()
+        self.margin_m = self._params.margin_m
+        self.gait, self.state = Gait.REACH, ArmState.REACHING
+        self._begin_search(now)
+
+    def _begin_search(self, now: Situation) -> None:
         margin, own = self.margin_m + PLANNED_BESIDE_M, self._params.self_margin_m
-        self._search.begin(goals, world, q, others_q, margin, own + PLANNED_BESIDE_M)
+        self._search.begin(
+            now.goals,
+            now.world,
+            now.q,
+            now.others_q,
+            margin,
+            own + PLANNED_BESIDE_M,
+            seed=self._seed + self._attempts,
+        )
+        self._searched = now.goals
         self._searching, self._tries = True, 0
 
     def _go_on_searching(self) -> None:
@@ -136,24 +165,29 @@ class Pursuit:
         if found >= params.enough_postures or self._tries >= most:
             self._searching = False
 
-    def _find_a_way(
-        self, goals: tuple[TipGoal | None, ...], q: Vector, world: World, others_q: Vector
-    ) -> None:
+    def _find_a_way(self, now: Situation) -> None:
         """The arm is stuck."""
-        self.state, self.gait, self.way = ArmState.PLANNING, Gait.STAND, None
+        self.gait, self.way = Gait.STAND, None
+        if self.state is not ArmState.UNREACHABLE:
+            self.state = ArmState.PLANNING
         if self._searching:
             return
-        if self.posture is None:
-            self._fail("no posture has the hand there without contact", goals, q, world, others_q)
+        if not len(self._search.postures):
+            self._fail("no posture has the hand there without contact", now)
             return
         margin, own = self.margin_m + PLANNED_BESIDE_M, self._params.self_margin_m
         self._planner.begin(
-            q, self._search.postures, world, others_q, margin, own + PLANNED_BESIDE_M
+            now.q,
+            self._search.postures,
+            now.world,
+            now.others_q,
+            margin,
+            own + PLANNED_BESIDE_M,
+            seed=self._seed + self._attempts,
         )
         self._planning, self._planned = True, 0
-        self._scene = goals, world, others_q
 
-    def _go_on_planning(self, q: Vector) -> None:
+    def _go_on_planning(self, now: Situation) -> None:
         states = self._params.planner_states
         state = self._planner.advance(states)
         self._planned += states
@@ -161,24 +195,16 @@ class Pursuit:
         if state is PlanState.FOUND:
             self._planning = False
             self.way = Way(self._planner.path, self._speeds)
-            self.gait, self.state = Gait.FOLLOW, ArmState.REACHING
+            self.gait, self.state, self.reason = Gait.FOLLOW, ArmState.REACHING, ""
             self.progress.restart()
         elif state is PlanState.FAILED or self._planned >= self._params.most_planner_states:
             self._planning = False
-            self._fail(
-                "no way there without contact was found", *self._scene[:1], q, *self._scene[1:]
-            )
+            self._fail("no way there without contact was found", now)
 
-    def _fail(
-        self,
-        reason: str,
-        goals: tuple[TipGoal | None, ...],
-        q: Vector,
-        world: World,
-        others_q: Vector,
-    ) -> None:
+    def _fail(self, reason: str, now: Situation) -> None:
         """This attempt has come to nothing."""
         self.gait = Gait.REACH
+        self._attempts += 1
         self.progress.restart()
         if self.margin_m > self._params.least_margin_m:
             self.margin_m = max(self._params.least_margin_m, 0.5 * self.margin_m)
@@ -186,13 +212,24 @@ class Pursuit:
             self.margin_m = self._params.margin_m
             self.state, self.reason = ArmState.UNREACHABLE, reason
             self._retry_s = self._params.retry_s
-        self._begin_search(goals, world, q, others_q)
+        self._begin_search(now)
 
-    def _look_along_the_way(self, q: Vector) -> None:
-        if self.way is not None and self.way.is_at_end(q):
-            self.posture = self.way.end
+    def _look_along_the_way(self, now: Situation) -> None:
+        way = self.way
+        if way is None:
+            return
+        if way.is_at_end(now.q):
+            self.posture = way.end
             self.way, self.gait = None, Gait.REACH
             self.progress.restart()
+            return
+        self._steps += 1
+        if self._steps % LOOK_EVERY == 0:
+            margin, own = ALONG_SHARE * self.margin_m, ALONG_SHARE * self._params.self_margin_m
+            if not self._planner.is_path_free(
+                way.path, way.at, now.world, now.others_q, margin, own, LOOKS
+            ):
+                self._find_a_way(now)
 
     def _is_there(self, errors: Sequence[tuple[float, float]]) -> bool:
         """Whether the hands are at the goal, as far as any posture found has them there."""
@@ -211,17 +248,18 @@ class Pursuit:
         return False
 
 
-def _is_elsewhere(before: Sequence[TipGoal | None], now: Sequence[TipGoal | None]) -> bool:
+def _is_beyond(before: Goals, now: Goals, far_m: float, far_rad: float) -> bool:
+    """Whether goals differ by more than that, or in kind."""
     for a, b in zip(before, now, strict=True):
         if a is None or b is None:
             if a is not b:
                 return True
             continue
-        if float(np.linalg.norm(a.position_m - b.position_m)) > MOVED_M:
+        if float(np.linalg.norm(a.position_m - b.position_m)) > far_m:
             return True
-        if (a.rotation is None) != (b.rotation is None):
-            return True
-        if a.rotation is not None and b.rotation is not None:
-            if angle_between(a.rotation, b.rotation) > TURNED_RAD:
+        if a.rotation is None or b.rotation is None:
+            if a.rotation is not b.rotation:
                 return True
+        elif angle_between(a.rotation, b.rotation) > far_rad:
+            return True
     return False

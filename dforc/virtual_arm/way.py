@@ -28,6 +28,14 @@ class Way:
         last: Vector = self.path[-1]
         return last
 
+    @property
+    def at(self) -> float:
+        """Where the point on the path is, in pieces from the beginning."""
+        piece = self._piece()
+        long_s = self._ends_s[piece + 1] - self._ends_s[piece] if len(self.path) > 1 else 0.0
+        share = (self._at_s - self._ends_s[piece]) / long_s if long_s > 0.0 else 0.0
+        return float(piece + min(1.0, share))
+
     def left_rad(self, q: Vector) -> float:
         """Joint-space length from the posture to the end, along the path."""
         at = self._piece()
