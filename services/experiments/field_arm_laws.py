@@ -2,17 +2,19 @@
 
 paper       eqs. 3 to 5 with the paper's constants move a point, eq. 1 gives the posture
 inflated    the same, obstacles larger by the hand's radius and 1 cm
+point       the project's better law for a bare point, obstacles larger by the hand's radius; eq. 1
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
-from dforc.collision.obstacles import Obstacle, Shape
+from dforc.collision.obstacles import Obstacle, Shape, world_of
 from dforc.field.force import Ellipsoid, FieldParams, PointState, Target, scene_of
 from dforc.field.kernel_force import Scene
+from dforc.field.point import PointField
 from dforc.field.rollout import PERIOD_S, step
 from dforc.ik.inverse_kinematics import IkStatus, InverseKinematics
 from dforc.ik.problem import IkProblem, TipTarget
@@ -102,6 +104,39 @@ class PaperLaw:
         found = self._ik.track(targets, self._q)
         self._q = found.q_rad
         return Answer(found.q_rad, "" if found.status is IkStatus.CONVERGED else found.reason)
+
+
+class PointLaw:
+    """The better law for each hand's point, and eq. 1: only the hand is kept off obstacles."""
+
+    def __init__(self, name: str, problem: IkProblem) -> None:
+        self.name = name
+        self._ik = InverseKinematics(problem)
+        self._problem = problem
+        self._fields = [PointField() for _ in problem.tips]
+        self._seen: Seen | None = None
+
+    def begin(self, q_rad: Array) -> None:
+        """The points are where the hands are."""
+        self._q = q_rad
+        self._seen = None
+        for field, tip in zip(self._fields, self._problem.tips, strict=True):
+            field.begin(tip.pose(q_rad)[1])
+
+    def step(self, seen: Seen) -> Answer:
+        """Move the points, then follow."""
+        if self._seen is not seen:
+            self._seen = seen
+            self._world = world_of(
+                [replace(one, margin_m=one.margin_m + HAND_M) for one in seen.obstacles]
+            )
+        targets, state = [], ""
+        for field, goal in zip(self._fields, seen.goals, strict=True):
+            found = field.step(goal.position_m, self._world, PERIOD_S)
+            state = str(found.status)
+            targets.append(TipTarget(found.position_m, goal.rotation))
+        self._q = self._ik.track(targets, self._q).q_rad
+        return Answer(self._q, state)
 
 
 def ellipsoids(obstacles: Sequence[Obstacle]) -> list[Ellipsoid]:

@@ -20,6 +20,7 @@ from services.experiments.field_arm_laws import (
     ArmLaw,
     Nothing,
     PaperLaw,
+    PointLaw,
     Seen,
     ellipsoids,
 )
@@ -101,6 +102,7 @@ LAWS: dict[str, Callable[[ArmSetting], ArmLaw]] = {
         "dforc, hand + 1 cm", setting.problem, FieldParams(margin_m=HAND_M + INFLATION_M)
     ),
     "pmp": lambda setting: PmpLaw(setting, PmpParams()),
+    "point": lambda setting: PointLaw("point", setting.problem),
     "ulna": UlnaLaw,
 }
 

@@ -66,9 +66,14 @@ class Outcome:
         return self.reached and self.angle_rad <= TURNED_RAD
 
     @property
+    def keeps_limits(self) -> bool:
+        """Inside all limits and rows."""
+        return self.outside_rad <= KEPT_RAD
+
+    @property
     def is_clean(self) -> bool:
         """No contact, limits kept."""
-        return self.verdict.is_clean and self.outside_rad <= KEPT_RAD
+        return self.verdict.is_clean and self.keeps_limits
 
     def cause(self) -> str:
         """What is wrong with it, in words; empty if nothing is."""
@@ -78,7 +83,7 @@ class Outcome:
             if near.distance_m <= 0.0:
                 depth = -1e3 * near.distance_m
                 found.append(f"{near.pair[0]} in {near.pair[1]}, {depth:.1f} mm, at {at_s:.2f} s")
-        if self.outside_rad > KEPT_RAD:
+        if not self.keeps_limits:
             found.append(f"limit missed by {np.degrees(self.outside_rad):.2g} deg")
         if not self.reached:
             states = " > ".join(self.states[-4:])
