@@ -10,12 +10,11 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from services.cli import experiment_dforc
 from services.cli.complaint import complain
-from services.core.errors import ConfigError
+from services.cli.experiment_request import Json, check
 
-MOST_RUNS = 100
 Data = Annotated[Path | None, Parameter(name="--data")]
-Json = Annotated[Path | None, Parameter(name="--json")]
 Several = Annotated[tuple[str, ...], Parameter(negative="", show_default=False)]
 
 
@@ -43,7 +42,7 @@ def force_table1(
         short: one plant and a few seconds of motion.
         json_file: write every value there.
     """
-    _check(runs, json_file)
+    check(runs, json_file)
     from services.experiments import force_table1 as experiment
 
     return experiment.force_table1(
@@ -72,7 +71,7 @@ def force_fig5(
         json_file: write every value there.
         plot: write the figure there.
     """
-    _check(1, json_file, plot)
+    check(1, json_file, plot)
     from services.experiments import force_fig5 as experiment
 
     return experiment.force_fig5(
@@ -100,7 +99,7 @@ def force_fig6(
         json_file: write every value there.
         plot: write the figure there.
     """
-    _check(runs, json_file, plot)
+    check(runs, json_file, plot)
     if find_spec("sklearn") is None:
         complain("scikit-learn, and so its GPR, is left out; ./ulna setup peers installs it")
     from services.experiments import force_fig6 as experiment
@@ -129,7 +128,7 @@ def force_fig7(
         json_file: write every value there.
         plot: write the figure there.
     """
-    _check(runs, json_file, plot)
+    check(runs, json_file, plot)
     from services.experiments import force_fig7 as experiment
 
     return experiment.force_fig7(data=data, runs=runs, short=short, json=json_file, plot=plot)
@@ -156,7 +155,7 @@ def closed_loop(
         json_file: write every value there.
         plot: write the figure there.
     """
-    _check(1, json_file, plot)
+    check(1, json_file, plot)
     from services.experiments import closed_loop as experiment
 
     return experiment.closed_loop(robot=robot, seed=seed, short=short, json=json_file, plot=plot)
@@ -193,7 +192,7 @@ def cartesian(
         json_file: write every value there.
         plot: write the figure there.
     """
-    _check(runs, json_file, plot)
+    check(runs, json_file, plot)
     from services.experiments import cartesian as experiment
 
     return experiment.cartesian(
@@ -232,27 +231,19 @@ def ik(
         json_file: write every value there.
         plot: write time against success there.
     """
-    _check(1, json_file, plot)
+    check(1, json_file, plot)
     from services.experiments import ik as experiment
 
     return experiment.ik(robot=robot, seed=seed, short=short, json=json_file, plot=plot)
 
 
-def _check(runs: int, *files: Path | None) -> None:
-    if not 1 <= runs <= MOST_RUNS:
-        raise ConfigError(f"--runs: {runs} is outside 1..{MOST_RUNS}")
-    for file in files:
-        if file is None:
-            continue
-        if not file.parent.is_dir():
-            raise ConfigError(f"cannot write {file}: there is no folder {file.parent}")
-        is_new = not file.exists()
-        try:  # now, and not after minutes of work
-            file.open("ab").close()
-        except OSError as error:
-            raise ConfigError(f"cannot write {file}: {error.strerror}") from error
-        if is_new:
-            file.unlink()
-
-
-VERBS = (force_table1, force_fig5, force_fig6, force_fig7, closed_loop, cartesian, ik)
+VERBS = (
+    force_table1,
+    force_fig5,
+    force_fig6,
+    force_fig7,
+    closed_loop,
+    cartesian,
+    ik,
+    *experiment_dforc.VERBS,
+)

@@ -1,0 +1,47 @@
+"""ulna experiment dforc-...: the force fields' figures, and scenes for every law."""
+
+from pathlib import Path
+
+from services.cli.experiment_request import Json, check
+from services.core.errors import ConfigError
+
+MOST_SCENES = 1000
+
+
+def dforc_scenes(
+    *,
+    scenes: int = 100,
+    level: str = "all",
+    seed: int = 0,
+    short: bool = False,
+    json_file: Json = None,
+    plot: Path = Path("dforc-scenes.png"),
+) -> int:
+    """Seeded scenes: what every law reaches, and what it touches, hand only and whole arm.
+
+    1, 2, 5 and 10 balls at random; head-on, cusp, wall, ring and cup; then a goal that is switched,
+    a ball that passes, the other arm at work, a cage around the goal, and both arms at once. An
+    independent referee judges every posture, and five between each two. All of it takes about half
+    an hour on two cores.
+
+    Example: ulna experiment dforc-scenes --level arm --scenes 20 --plot scenes.png
+
+    Args:
+        scenes: of the arm for each number of balls; at most 25 for each of the others.
+        level: point, arm or all.
+        seed: draws the scenes.
+        short: a few scenes of each.
+        json_file: write every value there.
+        plot: write rates and one scene there.
+    """
+    if not 1 <= scenes <= MOST_SCENES:
+        raise ConfigError(f"--scenes: {scenes} is outside 1..{MOST_SCENES}")
+    check(1, json_file, plot)
+    from services.experiments import field_scenes as experiment
+
+    return experiment.dforc_scenes(
+        scenes=scenes, level=level, seed=seed, short=short, json=json_file, plot=plot
+    )
+
+
+VERBS = (dforc_scenes,)
