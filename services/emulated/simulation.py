@@ -94,7 +94,7 @@ class Simulation:
             stack |= {
                 "ik": Ik(robot),
                 "cartesian": Cartesian(robot),
-                "field": Field(),
+                "field": Field(robot),
             }
         stack.update(replaced or {})
         stack.update(guests or {})

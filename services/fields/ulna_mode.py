@@ -1,0 +1,160 @@
+"""Mode `ulna`: a virtual arm that touches nothing on its way; the default.
+
+What it keeps clear of: obstacles, the rest of the body and the other arm, with the whole limb.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+
+from dforc import rotation
+from dforc.arrays import Vector
+from dforc.collision.body import Body
+from dforc.limits import JointLimits
+from dforc.virtual_arm.arm import VirtualArm
+from dforc.virtual_arm.goals import ArmOutput, TipGoal
+from dforc.virtual_arm.params import ArmParams
+from services.core.errors import ServiceError
+from services.fields.limbs import FieldLimb
+from services.fields.mode import PERIOD_S, Goals, HandGoal, HandPoint, Motion, Start, Surroundings
+from services.reaching.messages import TipOffset
+
+
+class UlnaMode:
+    """The arm of a limb, or both."""
+
+    name = "ulna"
+    preview_steps = 8
+
+    def __init__(
+        self, limb: FieldLimb, gains: Mapping[str, float], body: Body, frames: tuple[str, ...]
+    ) -> None:
+        """`frames` are the limb's hands among the body's tips."""
+        self._limb = limb
+        self._frames = frames
+        self._plain = body
+        self._body = with_offsets(body, frames, limb.setup.tip_offsets)
+        self._gains = dict(gains)
+        self._params = arm_params(gains)
+        self.budget = self._params.goal_tries + self._params.planner_states
+        self._arm: VirtualArm | None = None
+        self._output: ArmOutput | None = None
+
+    def use(self, gains: Mapping[str, float]) -> None:
+        """The arm goes on from where it is."""
+        if gains == self._gains:
+            return
+        self._gains = dict(gains)
+        self._params = arm_params(gains)
+        if self._arm is not None:
+            self._arm = self._made(self._arm.q_rad)
+
+    def begin(self, start: Start) -> None:
+        """The posture is that given, at its speed."""
+        self._arm = self._made(start.q_rad)
+        self._output = None
+
+    def step(self, goals: Goals | None, around: Surroundings, lag_m: float) -> Motion:
+        """The arm draws nearer to the goal, clear of everything."""
+        if self._arm is None:
+            raise ServiceError("mode ulna has not begun")
+        asked = None if goals is None else [_tip_goal(goal) for goal in goals]
+        output = self._arm.step(
+            asked, around.world, around.body_rad, around.body_rad_s, PERIOD_S, lag_m
+        )
+        self._output = output
+        nearest = output.nearest
+        if output.nearest_obstacle >= 0:
+            nearest = (nearest[0], around.obstacles[output.nearest_obstacle].name)
+        return Motion(
+            hands=tuple(
+                HandPoint(
+                    position_m=tip.position_m, rotation=tip.rotation, velocity_m_s=tip.velocity_m_s
+                )
+                for tip in output.tips
+            ),
+            state=str(output.state),
+            reason=output.reason,
+            q_rad=output.q_rad,
+            dq_rad_s=output.dq_rad_s,
+            clearance_m=output.clearance_m,
+            nearest=nearest,
+            iterations=output.iterations,
+            nodes=output.nodes,
+            held=output.held,
+        )
+
+    def _made(self, q_rad: Vector) -> VirtualArm:
+        """An arm that stands there."""
+        problem = self._limb.problem
+        arm = VirtualArm(
+            self._body,
+            self._limb.shape.joints,
+            kept_still(problem.limits, problem.free, q_rad),
+            self._limb.shape.speed_limits_rad_s,
+            tuple(self._body.tips.index(frame) for frame in self._frames),
+            problem.rest_rad,
+            self._params,
+        )
+        arm.begin(q_rad)
+        return arm
+
+    def forces(self, goals: Goals | None, around: Surroundings) -> dict[str, float]:  # noqa: ARG002
+        """None: it works with speeds."""
+        return {}
+
+    def twin(self) -> Self:
+        """Another arm at the same posture and speed; it looks for its own way."""
+        other = type(self)(self._limb, self._gains, self._plain, self._frames)
+        if self._output is not None:
+            q_rad, dq_rad_s = self._output.q_rad, self._output.dq_rad_s
+            other.begin(Start(q_rad=q_rad, dq_rad_s=dq_rad_s, hands=()))
+        elif self._arm is not None:
+            q_rad = self._arm.q_rad
+            other.begin(Start(q_rad=q_rad, dq_rad_s=np.zeros(len(q_rad)), hands=()))
+        return other
+
+
+def arm_params(gains: Mapping[str, float]) -> ArmParams:
+    """Gains as the virtual arm has them."""
+    return ArmParams(
+        stiffness_n_m=gains["K"],
+        damping_ns_m=gains["D"],
+        speed_m_s=gains["speed"],
+        turn_rad_s=gains["turn"],
+        margin_m=gains["margin"],
+        least_margin_m=min(gains["least_margin"], gains["margin"]),
+        self_margin_m=gains["self_margin"],
+    )
+
+
+def with_offsets(body: Body, frames: tuple[str, ...], offsets: tuple[TipOffset, ...]) -> Body:
+    """The body with other frames attached to some of its tips."""
+    if not offsets:
+        return body
+    arrays = body.arrays
+    turns, places = arrays.tip_turns.copy(), arrays.tip_places.copy()
+    for frame, offset in zip(frames, offsets, strict=True):
+        at = body.tips.index(frame)
+        turned = turns[at].reshape(3, 3)
+        places[at] += turned @ np.array(offset.position_m)
+        turns[at] = (turned @ rotation.matrix(offset.rotation_rad)).ravel()
+    return replace(body, arrays=arrays._replace(tip_turns=turns, tip_places=places))
+
+
+def kept_still(limits: JointLimits, free: np.ndarray, q_rad: Vector) -> JointLimits:
+    """The limits with blocked joints where they are."""
+    if free.all():
+        return limits
+    n = limits.n
+    lower = np.where(free, limits.lower_rad, q_rad)
+    upper = np.where(free, limits.upper_rad, q_rad)
+    return JointLimits.make(lower, upper, limits.rows, limits.lower[n:], limits.upper[n:])
+
+
+def _tip_goal(goal: HandGoal | None) -> TipGoal | None:
+    if goal is None:
+        return None
+    return TipGoal(goal.position_m, goal.rotation, goal.velocity_m_s)
