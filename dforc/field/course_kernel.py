@@ -1,4 +1,4 @@
-"""The way that a point takes: straight where it sees the goal, else along a path that is kept fresh.
+"""The way that a point takes: straight where it sees the goal, else along a path kept fresh.
 
 For numba. Searches run in the background, so many cells per step, from the obstacles as they were
 when a search began; meanwhile the last path is followed as far as it is seen. A goal that is not
@@ -107,7 +107,7 @@ def first_of(basis: World, total: int) -> World:
 
 @compiled
 def freeze(course: Course, goal: Vector, x: Vector, world: World) -> None:
-    """Keep the obstacles for a search: as they are and, if neither end is in it, as they will be."""
+    """Keep the obstacles for a search: as they are and, off both ends, as they will be."""
     count = len(world.kinds)
     for i in range(count):
         copy_obstacle(world, i, course.basis, i, 0.0)

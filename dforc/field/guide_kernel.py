@@ -58,7 +58,7 @@ def lay_grid(search: Search, low: Vector, high: Vector, cell: float) -> float:
     while True:
         total = 1
         for k in range(3):
-            counts[SIZE + k] = int(math.ceil((high[k] - low[k]) / cell - ROUNDING_M)) + 1
+            counts[SIZE + k] = math.ceil((high[k] - low[k]) / cell - ROUNDING_M) + 1
             total *= counts[SIZE + k]
         if total <= most:
             break
@@ -99,7 +99,7 @@ def sight_from(x: Vector, world: World, sight: float) -> float:
 @compiled
 def range_around(search: Search, x: Vector, k: int) -> tuple[int, int]:
     """Nodes near a place along axis k: the first, and one behind the last."""
-    at = int(math.floor((x[k] - search.numbers[ORIGIN + k]) / search.numbers[CELL]))
+    at = math.floor((x[k] - search.numbers[ORIGIN + k]) / search.numbers[CELL])
     return max(0, at - NEAR_CELLS + 1), min(search.counts[SIZE + k], at + NEAR_CELLS + 1)
 
 

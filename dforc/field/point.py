@@ -23,6 +23,7 @@ from dforc.field import point_kernel as kernel
 from dforc.field.barrier_kernel import new_barrier
 from dforc.field.course_kernel import LEVEL, MARGIN, MARKS, USED, Course
 from dforc.field.guide import MOST_NODES, MOST_PLACES, new_search
+from dforc.field.guide_kernel import IDLE, STATE
 
 FIRST_ROOM = 16  # obstacles; more make it grow
 
@@ -149,7 +150,7 @@ def put(point: kernel.Point, position_m: Vector, velocity_m_s: Vector) -> None:
     point.aim[:] = position_m
     point.course.marks[:] = 0
     point.course.goal[:] = np.inf
-    point.course.search.counts[kernel.STATE] = kernel.IDLE
+    point.course.search.counts[STATE] = IDLE
 
 
 class PointField:

@@ -1,9 +1,9 @@
 """One step of the point's field, for numba.
 
-Far from obstacles the acceleration is eq. 3 in the target's frame, K (x_t - x) - D (v - v_t): that
-is D (v_nominal - v) with v_nominal = (K / D) (x_t - x) + v_t. Around obstacles v_nominal follows the
-course with the same speed law, in the length that is left. The acceleration is low-passed, corrected
-by the barrier, low-passed again; the velocity that comes out is checked against the barrier.
+Far from obstacles the acceleration is eq. 3 in the target's frame, K (x_t - x) - D (v - v_t), which
+is D (v_nominal - v) with v_nominal = (K / D) (x_t - x) + v_t. Around obstacles v_nominal follows
+the course with the same speed law, in the length that is left. The acceleration is low-passed,
+corrected by the barrier, low-passed again; the velocity that comes out is checked once more.
 """
 
 import math

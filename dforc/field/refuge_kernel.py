@@ -49,7 +49,7 @@ def unit(direction: Vector) -> bool:
 
 
 @compiled
-def _try(
+def shorter(
     x: Vector, world: World, clearance: float, trial: Vector, best: Vector, least: float
 ) -> float:
     """Keep a direction if its way out is shorter than the best one's."""
@@ -71,33 +71,49 @@ def refuge(x: Vector, world: World, clearance: float, preferred: Vector, out: Ve
     out[:] = x
     if world_distance(x, world) >= clearance:
         return 0.0
-    best, trial, normal = np.zeros(3), np.empty(3), np.empty(3)
+    best = np.zeros(3)
+    least = look_around(x, world, clearance, preferred, best)
+    if least < math.inf:
+        least = narrow_down(x, world, clearance, best, least)
+        for k in range(3):
+            out[k] = x[k] + least * best[k]
+    return least
+
+
+@compiled
+def look_around(
+    x: Vector, world: World, clearance: float, preferred: Vector, best: Vector
+) -> float:
+    """The best of the preferred direction, the normals and 26 fixed directions; its way out."""
+    trial, normal = np.empty(3), np.empty(3)
     trial[:] = preferred
-    least = _try(x, world, clearance, trial, best, math.inf)
+    least = shorter(x, world, clearance, trial, best, math.inf)
     for i in range(len(world.kinds)):
         far = point_distance(
             world.kinds[i], world.sizes[i], world.rotations[i], world.centres[i], x, normal
         )
         if far - world.margins[i] < clearance:
             trial[:] = normal
-            least = _try(x, world, clearance, trial, best, least)
+            least = shorter(x, world, clearance, trial, best, least)
     for i in range(-1, 2):
         for j in range(-1, 2):
             for k in range(-1, 2):
                 trial[0], trial[1], trial[2] = i, j, k
-                least = _try(x, world, clearance, trial, best, least)
-    if least == math.inf:
-        return least
+                least = shorter(x, world, clearance, trial, best, least)
+    return least
+
+
+@compiled
+def narrow_down(x: Vector, world: World, clearance: float, best: Vector, least: float) -> float:
+    """Turn the best direction while that shortens its way out."""
     turn = FIRST_TURN
-    centre = np.empty(3)
+    centre, trial = np.empty(3), np.empty(3)
     for _ in range(ROUNDS):
         centre[:] = best
         for axis in range(3):
             for side in (-1.0, 1.0):
                 trial[:] = centre
                 trial[axis] += side * turn
-                least = _try(x, world, clearance, trial, best, least)
+                least = shorter(x, world, clearance, trial, best, least)
         turn *= 0.6
-    for k in range(3):
-        out[k] = x[k] + least * best[k]
     return least

@@ -23,10 +23,10 @@ TAKEN, SKIPPED, RESTARTED, IGNORED = 0, 1, 2, 3  # what became of a sample
 FIRST_SPEED_M_S = 0.1  # sigma of an unknown velocity, each axis
 LOWEST_Q, HIGHEST_Q = 2e-6, 0.1  # m^2/s^3
 FIRST_Q = 3e-4
-RISE_PER_S, FALL_PER_S = 8.0, 3.0  # of log q, per unit of evidence
+RISE_PER_S, FALL_PER_S = 5.0, 3.0  # of log q, per unit of evidence
 DRIFT_S = 0.15  # over which innovations are averaged
 EXPECTED = 1.3  # evidence above which q rises; 1 is white
-MOST_EVIDENCE = 6.0
+MOST_EVIDENCE = 5.0
 GATE = 25.0  # squared Mahalanobis distance: one white innovation in 60 000 is farther
 PATIENCE = 3  # samples beyond the gate that are one jump
 LONGEST_GAP_S = 1.0  # after which an object is a new one
@@ -110,17 +110,15 @@ def correct(state: Vector, P: Matrix, first: int, y: Vector, W: Matrix) -> None:
             K[i, j] = 0.0
             for k in range(3):
                 K[i, j] += P[i, first + k] * W[k, j]
-    for i in range(6):
-        for k in range(3):
-            state[i] += K[i, k] * y[k]
+        state[i] += K[i, 0] * y[0] + K[i, 1] * y[1] + K[i, 2] * y[2]
     rows = P[first : first + 3].copy()
     for i in range(6):
-        for j in range(6):
+        for j in range(i + 1):
+            gain = 0.0
             for k in range(3):
-                P[i, j] -= K[i, k] * rows[k, j]
-    for i in range(6):
-        for j in range(i):
-            P[i, j] = P[j, i] = 0.5 * (P[i, j] + P[j, i])
+                gain += K[i, k] * rows[k, j]
+            P[i, j] -= gain
+            P[j, i] = P[i, j]
 
 
 @compiled
@@ -156,14 +154,14 @@ def adapt(track: Track, amount: float, dt: float) -> None:
 
 
 @compiled
-def hold_still(track: Track, dt: float) -> None:
-    """Measure the velocity of an object at rest as zero."""
+def take_velocity(track: Track, v: Vector, variance: float) -> None:
+    """Take in a velocity, be it that an object at rest has none."""
     S, W, y = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     for i in range(3):
-        y[i] = -track.state[3 + i]
+        y[i] = v[i] - track.state[3 + i]
         for j in range(3):
             S[i, j] = track.P[3 + i, 3 + j]
-        S[i, i] += REST_DENSITY / dt
+        S[i, i] += variance
     inverse(S, W)
     correct(track.state, track.P, 3, y, W)
 
@@ -197,5 +195,5 @@ def take(track: Track, time: float, z: Vector, R: Matrix) -> int:
     correct(track.state, track.P, 0, y, W)
     adapt(track, evidence(track, y, W, dt), dt)
     if numbers[STILL] >= REST_AFTER_S:
-        hold_still(track, dt)
+        take_velocity(track, np.zeros(3), REST_DENSITY / dt)
     return TAKEN
