@@ -5,8 +5,8 @@ starts anew. An object that comes to rest is averaged until it moves again.
 """
 
 import math
-from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,14 +32,12 @@ class Sample(IntEnum):
     IGNORED = kernel.IGNORED  # not newer than the last
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ObjectState:
+class ObjectState(NamedTuple):
     """An object at some time."""
 
     position_m: Vector  # (3,)
     velocity_m_s: Vector  # (3,)
     sigma_m: float  # standard deviation of the position along its least certain axis
-    at_rest: bool
 
 
 def new_track() -> kernel.Track:
@@ -95,6 +93,11 @@ class ObjectTracker:
         return bool(self._track.numbers[kernel.SAMPLES] > 0.0)
 
     @property
+    def at_rest(self) -> bool:
+        """Whether the object has been still for a while."""
+        return bool(self._track.numbers[kernel.STILL] >= kernel.REST_AFTER_S)
+
+    @property
     def last_s(self) -> float:
         """Time of the newest sample that was not ignored."""
         return float(self._track.numbers[kernel.TIME])
@@ -116,7 +119,6 @@ class ObjectTracker:
             position_m=state[:3] - (dt - near) * velocity,
             velocity_m_s=velocity if dt <= LONGEST_PREDICTION_S else np.zeros(3),
             sigma_m=math.sqrt(np.linalg.eigvalsh(P[:3, :3])[-1]),
-            at_rest=bool(self._track.numbers[kernel.STILL] >= kernel.REST_AFTER_S),
         )
 
 
