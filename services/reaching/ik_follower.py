@@ -1,4 +1,8 @@
-"""Follows a stream of virtual points: one posture for each, near the one before."""
+"""Follows a stream of virtual points: one posture for each, near the one before.
+
+A point that carries a posture is answered by it where it checks out; else by a search that rests
+there.
+"""
 
 import math
 
@@ -10,13 +14,15 @@ from dforc.ik.inverse_kinematics import (
     PROXIMAL,
     TRACK_BUDGET,
     TRACK_STEP_RAD,
+    IkResult,
     InverseKinematics,
 )
 from services.core.errors import ConfigError
 from services.messages import IkSolution, VirtualPoint
+from services.reaching.given_posture import answer_given, posture_of
 from services.reaching.ik_limb import DEFAULT_SOLVER, IkLimb
 from services.reaching.ik_statistics import SearchCount
-from services.reaching.ik_targets import point_targets
+from services.reaching.ik_targets import Targets, point_targets
 
 FORGET_AFTER_NS = 500_000_000  # without points, the next one starts from the measured posture again
 PERIOD_NS = 10_000_000  # of the points
@@ -73,16 +79,13 @@ class Follower:
             drifted = ~limb.problem.free & (np.abs(measured - before) > DRIFTED_RAD)
             before = np.where(drifted, measured, before)
         targets = point_targets(point, limb.tips)
-        try:
-            result = self._inverse.track(
-                targets,
-                before,
-                step_limit_rad=periods * TRACK_STEP_RAD,
-                budget=budget,
-                proximal=PROXIMAL / periods,
-            )
-        except DforcError as error:
-            raise ConfigError(str(error)) from error
+        given = posture_of(point, limb.problem.n)
+        result = None
+        if given is not None:
+            limit_rad = periods * TRACK_STEP_RAD
+            result = answer_given(limb.problem, targets, given, before, limit_rad)
+        if result is None:
+            result = self._searched(targets, before, given, periods, budget)
         self._answer = result.q_rad
         self._answered_ns = now_ns
         self.counts.note(result, budget)
@@ -101,6 +104,30 @@ class Follower:
             limited=result.step_limited,
             missed=self.counts.missed,
         )
+
+    def _searched(
+        self, targets: Targets, before: Vector, rest: Vector | None, periods: float, budget: int
+    ) -> IkResult:
+        """The nearest posture, resting at `rest` if one is given.
+
+        Raises:
+            ConfigError: the targets are none.
+        """
+        problem = self.limb.problem
+        try:
+            if rest is not None:
+                self._inverse.change(problem.changed(rest_rad=rest))
+            return self._inverse.track(
+                targets,
+                before,
+                step_limit_rad=periods * TRACK_STEP_RAD,
+                budget=budget,
+                proximal=PROXIMAL / periods,
+            )
+        except DforcError as error:
+            raise ConfigError(str(error)) from error
+        finally:
+            self._inverse.change(problem)
 
     def _periods(self, now_ns: int) -> float:
         """Since the answer before: what a posture may move in one period it may in each of them.
