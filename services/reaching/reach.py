@@ -14,6 +14,7 @@ import numpy as np
 
 from dforc import rotation
 from services.core.service import CallFailed, Period
+from services.core.stream import AnyStream
 from services.messages import (
     FtRequest,
     Goal,
@@ -81,7 +82,12 @@ class Reach(ScriptedService):
     """Runs the script once; `finished` says when."""
 
     trigger = Period(PERIOD_S)
-    reads = (ROBOT_STATUS, DYNAMICS_STATUS, CARTESIAN_STATUS, PLANT_TRUTH)
+    reads: tuple[AnyStream, ...] = (
+        ROBOT_STATUS,
+        DYNAMICS_STATUS,
+        CARTESIAN_STATUS,
+        PLANT_TRUTH,
+    )
     writes = (GOAL, OBJECTS)
     calls = (ROBOT_CALL, FT_CALL, PUSH_CALL)
 
