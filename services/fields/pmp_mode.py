@@ -4,7 +4,7 @@ As published: the hand alone is kept out of obstacles, limit fields hold the han
 goal, and the time base does not promise that it gets there.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Self
 
 import numpy as np
@@ -15,6 +15,7 @@ from dforc.field.kernel_force import Scene
 from dforc.ik.problem import Tip
 from dforc.pmp.motion import Pmp, PmpState, PmpTarget
 from dforc.pmp.params import Orientation, PmpParams, Variant
+from dforc.robot_model import ChainElement
 from services.core.errors import ConfigError, ServiceError
 from services.fields.clearances import hand_clearance
 from services.fields.limbs import FieldLimb
@@ -41,6 +42,13 @@ class TipKinematics:
     def tip_jacobian(self, q_rad: Vector) -> Matrix:
         """Geometric Jacobian (6, n), linear rows first."""
         return self._tip.jacobian(q_rad)
+
+    def chain_description(self) -> Sequence[ChainElement]:
+        """From the base to the tip, as it is attached."""
+        chain, tip = list(self._tip.model.chain_description()), self._tip
+        last = chain[-1]
+        chain[-1] = last._replace(R=last.R @ tip.offset_rotation, p=last.p + last.R @ tip.offset_m)
+        return chain
 
 
 class PmpMode:

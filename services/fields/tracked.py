@@ -1,19 +1,27 @@
-"""One object over time: as it was sent, or its positions filtered where that is what is asked."""
+"""One object over time: as it was sent, or filtered where its place or speed is not known exactly.
+
+A position without covariance is exact and taken as it is; only a velocity that is not sent is
+estimated. A position with one is filtered.
+"""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from dforc.arrays import Matrix
 from dforc.collision.obstacles import Obstacle, Triple
+from dforc.field.tracking import ObjectTracker, Sample
 from services.core.clock import NS_PER_S
 from services.fields.object_checks import covariance_matrix
-from services.fields.plain_tracker import ObjectTracker
 from services.fields.seen import SeenObject, solid_of
 from services.messages import WorldObject
 
 PREDICTED_S = 0.3  # that an object is taken to go on as it moved, once it is seen no more
 MOVING_M_S = 0.02  # what moved faster than this when it was seen last may be anywhere
+EXACT_SIGMA_M = 0.001  # of positions from which a velocity is estimated
+SMALLEST_VARIANCE_M2 = 1e-10
 AGED_PER_S = 1e-4  # drift of a sender's clock against ours, at most
+STILL: Triple = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,38 +31,34 @@ class TrackedObject:
     item: WorldObject
     solid: Obstacle  # where it was sent to be
     seen_ns: int
-    tracker: ObjectTracker | None  # of one whose velocity is not sent
+    tracker: ObjectTracker | None  # None: place and velocity were sent, exactly
+    believed: bool  # False: the newest position is an outlier, unless nothing more comes
 
     @classmethod
     def first(cls, seen_ns: int, item: WorldObject) -> "TrackedObject":
         """An object that was not known; it has passed the checks."""
-        tracker = ObjectTracker() if item.velocity_m_s is None else None
-        new = cls(item, solid_of(item), seen_ns, tracker)
-        new._note()
-        return new
+        return cls._seen(seen_ns, item, None)
 
     def updated(self, seen_ns: int, item: WorldObject) -> "TrackedObject":
         """The same object, seen again; it has passed the checks."""
         if item == self.item and self.tracker is None:
             return replace(self, seen_ns=seen_ns)
-        tracker = None
-        if item.velocity_m_s is None:
-            tracker = self.tracker or ObjectTracker()
-        new = TrackedObject(item, solid_of(item), seen_ns, tracker)
-        new._note()
-        return new
+        noisy_before = self.item.covariance_m2 is not None
+        keeps = noisy_before == (item.covariance_m2 is not None)
+        return self._seen(seen_ns, item, self.tracker if keeps else None)
 
     def at(self, now_ns: int, source: str) -> SeenObject:
         """Where it is taken to be now."""
         age_s = max(0.0, (now_ns - self.seen_ns) / NS_PER_S)
-        ahead_s = min(age_s, PREDICTED_S)
-        place_m, velocity_m_s, sigma_m = self._predicted(ahead_s)
+        place_m, velocity_m_s, sigma_m = self._predicted(min(age_s, PREDICTED_S))
         lost = ""
-        if age_s > PREDICTED_S and any(velocity_m_s):
+        if age_s > PREDICTED_S:
             speed_m_s = float(np.linalg.norm(velocity_m_s))
-            if speed_m_s > MOVING_M_S:
+            if not self.believed:
+                place_m = self.solid.position_m
+            elif speed_m_s > MOVING_M_S:
                 lost = f"last seen {age_s:.1f} s ago, at {speed_m_s:.2f} m/s"
-            velocity_m_s = (0.0, 0.0, 0.0)
+            velocity_m_s = STILL
         return SeenObject(
             name=self.item.name,
             source=source,
@@ -66,26 +70,35 @@ class TrackedObject:
             lost=lost,
         )
 
-    def _note(self) -> None:
-        if self.tracker is not None:
-            covariance = self.item.covariance_m2
-            self.tracker.update(
-                self.seen_ns / NS_PER_S,
-                np.array(self.solid.position_m),
-                None if covariance is None else covariance_matrix(covariance),
-            )
+    @classmethod
+    def _seen(
+        cls, seen_ns: int, item: WorldObject, tracker: ObjectTracker | None
+    ) -> "TrackedObject":
+        solid, covariance = solid_of(item), item.covariance_m2
+        if covariance is None and item.velocity_m_s is not None:
+            return cls(item, solid, seen_ns, None, believed=True)
+        tracker = tracker or ObjectTracker(EXACT_SIGMA_M)
+        taken = tracker.update(
+            seen_ns / NS_PER_S,
+            solid.position_m,
+            None if covariance is None else positive(covariance_matrix(covariance)),
+            item.velocity_m_s,
+        )
+        return cls(item, solid, seen_ns, tracker, believed=taken is not Sample.SKIPPED)
 
     def _predicted(self, ahead_s: float) -> tuple[Triple, Triple, float]:
         """Place, velocity and sigma of the place, some time after it was seen."""
+        sent_m = self.solid.position_m
         if self.tracker is None:
-            velocity_m_s = self.item.velocity_m_s or (0.0, 0.0, 0.0)
-            x, y, z = (
-                p + ahead_s * v for p, v in zip(self.solid.position_m, velocity_m_s, strict=True)
-            )
-            return (x, y, z), velocity_m_s, sigma_of(self.item)
-        position, velocity, sigma_m = self.tracker.at(self.seen_ns / NS_PER_S + ahead_s)
-        (x, y, z), (u, v, w) = position.tolist(), velocity.tolist()
-        return (x, y, z), (u, v, w), float(sigma_m)
+            velocity_m_s = self.item.velocity_m_s or STILL
+            return _ahead(sent_m, velocity_m_s, ahead_s), velocity_m_s, 0.0
+        state = self.tracker.at(self.seen_ns / NS_PER_S + ahead_s)
+        u, v, w = state.velocity_m_s.tolist()
+        if self.item.covariance_m2 is not None:
+            x, y, z = state.position_m.tolist()
+            return (x, y, z), (u, v, w), state.sigma_m
+        velocity_m_s = (u, v, w) if self.believed else STILL
+        return _ahead(sent_m, velocity_m_s, ahead_s), velocity_m_s, 0.0
 
 
 class SourceClock:
@@ -111,9 +124,12 @@ class SourceClock:
         return min(now_ns, round(stamp_ns + offset_ns))
 
 
-def sigma_of(item: WorldObject) -> float:
-    """The largest standard deviation of the position that was sent; 0 for an exact one."""
-    if item.covariance_m2 is None:
-        return 0.0
-    variances = np.linalg.eigvalsh(covariance_matrix(item.covariance_m2))
-    return float(np.sqrt(max(variances[2], 0.0)))
+def positive(covariance_m2: Matrix) -> Matrix:
+    """A covariance without a direction in which it is exact."""
+    values, axes = np.linalg.eigh(covariance_m2)
+    return np.asarray((axes * np.maximum(values, SMALLEST_VARIANCE_M2)) @ axes.T, dtype=np.float64)
+
+
+def _ahead(place_m: Triple, velocity_m_s: Triple, time_s: float) -> Triple:
+    x, y, z = (p + time_s * v for p, v in zip(place_m, velocity_m_s, strict=True))
+    return x, y, z

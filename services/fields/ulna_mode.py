@@ -49,11 +49,12 @@ class UlnaMode:
         self._gains = dict(gains)
         self._params = arm_params(gains)
         if self._arm is not None:
-            self._arm = self._made(self._arm.q_rad)
+            speeds = None if self._output is None else self._output.dq_rad_s
+            self._arm = self._made(self._arm.q_rad, speeds)
 
     def begin(self, start: Start) -> None:
         """The posture is that given, at its speed."""
-        self._arm = self._made(start.q_rad)
+        self._arm = self._made(start.q_rad, start.dq_rad_s)
         self._output = None
 
     def step(self, goals: Goals | None, around: Surroundings, lag_m: float) -> Motion:
@@ -86,8 +87,8 @@ class UlnaMode:
             held=output.held,
         )
 
-    def _made(self, q_rad: Vector) -> VirtualArm:
-        """An arm that stands there."""
+    def _made(self, q_rad: Vector, dq_rad_s: Vector | None) -> VirtualArm:
+        """An arm that is there, at these speeds."""
         problem = self._limb.problem
         arm = VirtualArm(
             self._body,
@@ -98,7 +99,7 @@ class UlnaMode:
             problem.rest_rad,
             self._params,
         )
-        arm.begin(q_rad)
+        arm.begin(q_rad, dq_rad_s)
         return arm
 
     def forces(self, goals: Goals | None, around: Surroundings) -> dict[str, float]:  # noqa: ARG002
