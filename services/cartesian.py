@@ -54,6 +54,7 @@ from services.streams import (
 )
 
 FORCE_AGE_S = 0.05
+SHORTEST_S, LONGEST_S = 0.1, 60.0  # trajectory times that a stream of points may ask for
 STATUS_EVERY_STEPS = 2
 
 
@@ -142,8 +143,9 @@ class Cartesian(Service):
         point = points.new_points(now_ns, inputs)
         if point is not None:
             limb = point.limb or self._main
-            if limb in self._limbs:
-                self._driver.follow(now_ns, limb)
+            time_s = point.trajectory_time_s
+            if limb in self._limbs and (time_s == 0.0 or SHORTEST_S <= time_s <= LONGEST_S):
+                self._driver.follow(now_ns, limb, time_s)
             else:
                 points.refused += 1
         points.take_solution(now_ns, inputs, self._driver.control.problem.tips, self._driver.limb)

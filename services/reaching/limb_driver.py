@@ -65,6 +65,7 @@ class LimbDriver:
         self._begun_ns = 0
         self._until_ns = 0
         self._measured_ns = 0
+        self._following_s = 0.0  # trajectory time that the stream asks for; 0 = the robot file's
 
     @property
     def control(self) -> LimbControl:
@@ -108,9 +109,15 @@ class LimbDriver:
         self._speeds = speeds
         self._until_ns = now_ns + round(duration_s * NS_PER_S)
 
-    def follow(self, now_ns: int, limb: str) -> None:
-        """A stream of points commands from now on; another limb that moves stops first."""
+    def follow(self, now_ns: int, limb: str, time_s: float = 0.0) -> None:
+        """A stream of points commands from now on; another limb that moves stops first.
+
+        `time_s` is the trajectory time of jumps of the stream; 0: the robot file's. It may change
+        on the way, without a step in the speed.
+        """
         if self.mode is Mode.FIELD and limb == self.limb:
+            if time_s != self._following_s:
+                self._pace(time_s)
             return
         if not self.may_take(limb):
             self._brake("taken over", f"a stream of points is to move {limb}")
@@ -118,7 +125,7 @@ class LimbDriver:
         self._end_stopping(now_ns)
         self.motions.end(now_ns, "taken over", "a stream of points commands")
         self._use(now_ns, limb)
-        self.control.pace(self.control.shape.following_s, following=True)
+        self._pace(time_s)
         self.mode = Mode.FIELD
 
     def stop(self, now_ns: int, outcome: str = "stopped", reason: str = "") -> None:
@@ -148,6 +155,10 @@ class LimbDriver:
         """The process ends."""
         self.mode = Mode.IDLE
         self.motions.close(now_ns)
+
+    def _pace(self, time_s: float) -> None:
+        self._following_s = time_s
+        self.control.pace(time_s or self.control.shape.following_s, following=True)
 
     def _brake(self, outcome: str, reason: str) -> None:
         if self.mode is not Mode.STOPPING:
