@@ -73,16 +73,26 @@ class VirtualArm:
         """Posture (n,)."""
         return self._motion.q.copy()
 
-    def begin(self, q_rad: ArrayLike) -> None:
-        """Stand at a posture (n,); the goal is forgotten.
+    def begin(self, q_rad: ArrayLike, dq_rad_s: ArrayLike | None = None) -> None:
+        """Be at a posture (n,), at rest or with these speeds (n,); the goal is forgotten.
 
         Raises:
             NotFiniteError, ShapeError: it is none.
         """
         motion = self._motion
-        motion.q = finite_vector("posture", q_rad, motion.n)
-        motion.dq = np.zeros(motion.n)
+        q = finite_vector("posture", q_rad, motion.n)
+        dq = np.zeros(motion.n)
+        if dq_rad_s is not None:
+            dq = finite_vector("speeds", dq_rad_s, motion.n)
+        motion.q, motion.dq = q, dq
         self._pursuit.drop()
+
+    def change(self, params: ArmParams) -> None:
+        """Other constants from the next step on; the arm moves on as it did."""
+        motion = self._motion
+        motion.change(params)
+        self._pursuit.change(params, motion.speeds)
+        self.params = params
 
     def step(
         self,

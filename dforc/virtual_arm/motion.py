@@ -56,7 +56,8 @@ class ArmMotion:
         self.tips = tips
         self.n = n = len(joints)
         N, c = len(body.joints), len(body.capsules)
-        self.speeds = params.speed_share * finite_vector("speed limits", speed_limits_rad_s, n)
+        self._speed_limits = finite_vector("speed limits", speed_limits_rad_s, n)
+        self.speeds: Vector = params.speed_share * self._speed_limits
         self.q: Vector = np.zeros(n)
         self.dq: Vector = np.zeros(n)
         self.jacobian: Matrix = np.zeros((6 * len(tips), n))
@@ -83,6 +84,11 @@ class ArmMotion:
         self._turn, self._place = np.zeros((len(tips), 9)), np.zeros((len(tips), 3))
         self._tip_columns: Matrix = np.zeros((6, N))
         self._body_q: Vector = np.zeros(N)
+
+    def change(self, params: ArmParams) -> None:
+        """Other constants."""
+        self.params = params
+        self.speeds[:] = params.speed_share * self._speed_limits
 
     def look(self, world: World, others_q: Vector, others_dq: Vector, margin_m: float) -> None:
         """Take in what is where, for this step."""

@@ -96,6 +96,12 @@ class Pursuit:
         self._steps = 0
         self.progress.restart()
 
+    def change(self, params: ArmParams, speeds: Vector) -> None:
+        """Other constants; the attempt goes on with what is kept already, if that is less."""
+        if params.margin_m != self._params.margin_m:
+            self.margin_m = params.margin_m
+        self._params, self._speeds = params, speeds
+
     @property
     def nodes(self) -> int:
         """Of the planner's trees."""
