@@ -77,7 +77,7 @@ def dynamics_calibrate(*sensors: str, samples: int = 200, stack: str = "icub") -
     try:
         with DynamicsClient(stack) as client:
             client.wait_for(DYNAMICS_HEALTH)
-            if not client.ask(request):
+            if not client.ask_at_rest(request):
                 return REFUSED
             health = client.wait_for_calibration(sensors)
     except KeyboardInterrupt:
@@ -197,7 +197,7 @@ def dynamics_identify(
     """
     try:
         with DynamicsClient(stack) as client:
-            if not client.ask(_sweep(sensor, "start")):
+            if not client.ask_at_rest(_sweep(sensor, "start")):
                 return REFUSED
             try:
                 sweep_limb(client, sensor, moves, degrees)

@@ -7,16 +7,20 @@ from typing import TypeVar
 import msgspec
 
 from services.cli.stack_client import StackClient
-from services.core.clock import NS_PER_S
+from services.core.clock import NS_PER_MS, NS_PER_S
 from services.core.errors import ServiceError
 from services.core.stream import Stream
+from services.messages import Reply
 from services.streams import DYNAMICS_CALL, DYNAMICS_HEALTH
 from services.wholebody.dynamics_messages import DynamicsHealth, DynamicsRequest
+from services.wholebody.sensor_tasks import TOUCHED
 
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
 
 SHORT_PATIENCE_S = 0.5
 CALIBRATION_PATIENCE_S = 120.0
+REST_PATIENCE_S = 3.0  # for a limb to come to rest: a drop onto a stop is over in half a second
+ASK_AGAIN_NS = 50 * NS_PER_MS
 
 
 class DynamicsClient(StackClient):
@@ -24,10 +28,21 @@ class DynamicsClient(StackClient):
 
     def ask(self, request: DynamicsRequest) -> bool:
         """Send a request and print what the service says; whether it was taken up."""
-        reply = self.call(DYNAMICS_CALL, request)
-        if reply.reason:
-            print(reply.reason, file=sys.stdout if reply.ok else sys.stderr)
-        return reply.ok
+        return _told(self.call(DYNAMICS_CALL, request))
+
+    def ask_at_rest(self, request: DynamicsRequest) -> bool:
+        """`ask`, and again for a moment while a touch is all that is in the way.
+
+        A limb that jerks, or drops onto a stop, shows its sensor more than the model explains; that
+        ends by itself. A touch that stays is told as always.
+        """
+        end_ns = self.clock.now_ns() + round(REST_PATIENCE_S * NS_PER_S)
+        while True:
+            reply = self.call(DYNAMICS_CALL, request)
+            now_ns = self.clock.now_ns()
+            if reply.ok or TOUCHED not in reply.reason or now_ns >= end_ns:
+                return _told(reply)
+            self.clock.sleep_until(now_ns + ASK_AGAIN_NS)
 
     def silence(self, name: str) -> ServiceError:
         """What to say of a stream that is silent though the stack is up."""
@@ -60,3 +75,10 @@ class DynamicsClient(StackClient):
                 return health
             if self.clock.now_ns() >= end_ns:
                 raise ServiceError("the calibration does not end; is a joint moving all the time?")
+
+
+def _told(reply: Reply) -> bool:
+    """Print what the service says; whether the request was taken up."""
+    if reply.reason:
+        print(reply.reason, file=sys.stdout if reply.ok else sys.stderr)
+    return reply.ok

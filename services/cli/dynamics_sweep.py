@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 
 from services.cli.dynamics_client import DynamicsClient
+from services.cli.joint_requests import advice
 from services.core.clock import NS_PER_S
 from services.core.errors import ServiceError
 from services.messages import RobotRequest
@@ -72,7 +73,7 @@ def _move(client: DynamicsClient, last: Mapping[str, float], target: Mapping[str
     )
     reply = client.call(ROBOT_CALL, request)
     if not reply.ok:
-        raise ServiceError(f"the limb cannot be moved: {reply.reason}")
+        raise ServiceError(f"the limb cannot be moved: {reply.reason}{advice(request, reply)}")
     end_ns = client.clock.now_ns() + round((duration_s + PATIENCE_S) * NS_PER_S)
     while True:
         status = client.wait_for(ROBOT_STATUS)

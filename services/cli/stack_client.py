@@ -7,7 +7,7 @@ import msgspec
 
 from services.config import load_robot
 from services.core.client import Client
-from services.core.clock import NS_PER_MS, NS_PER_S, RealClock
+from services.core.clock import NS_PER_MS, NS_PER_S, Clock, RealClock
 from services.core.errors import CallFailedError, NotRunningError, ServiceError
 from services.core.rundir import read_record, running
 from services.core.stream import Call, Stream
@@ -34,7 +34,7 @@ class StackClient:
         except NotRunningError as error:
             raise NotRunningError(f"{error}; start one with `ulna up`") from error
         self.robot = load_robot(record.reference or record.robot)
-        self.clock = RealClock()
+        self.clock: Clock = RealClock()
         self.bus = Client(record.robot, record.endpoint, self.clock)
         self.stack = stack
         self._endpoint = record.endpoint

@@ -20,6 +20,7 @@ PATIENCE_NS = 10_000_000_000  # with readings, but none of use
 MOST_SAMPLES = 100_000
 MOST_SPREAD_N = 3.0  # of the samples: more than slow motion and noise can be
 MOST_SPREAD_NM = 0.3
+TOUCHED = "something touches the limb"  # so says a refusal that may pass by itself
 
 
 class SensorTasks:
@@ -113,7 +114,7 @@ class SensorTasks:
                 continue
             useful = self._bank.new[i] and heard[i] and fastest_rad_s <= SLOW_RAD_S
             if self._bank.valid[i] and is_touched(i):
-                self._give_up(name, "something touches the limb")
+                self._give_up(name, TOUCHED)
             elif useful:
                 self._useful_ns[i] = now_ns
                 measured = self._bank.without_offset(i)
@@ -212,8 +213,8 @@ class SensorTasks:
     def _refuse_touch(self, sensor: int, is_touched: Callable[[int], bool]) -> None:
         if self._bank.valid[sensor] and is_touched(sensor):
             raise TaskRefusedError(
-                f"{self._names[sensor]}: something touches the limb; free it, or, if nothing "
-                f"does, reset the sensor first"
+                f"{self._names[sensor]}: {TOUCHED}; free it, or, if nothing does, reset the sensor "
+                f"first"
             )
 
     def _finish(self, sensor: int, name: str, offset: Vector, spread: Vector) -> None:
