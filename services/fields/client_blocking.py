@@ -1,0 +1,194 @@
+"""The field of a running stack, from Python, by calls that return when they have been heard."""
+
+import contextlib
+import threading
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Self
+
+from dforc.arrays import ArrayLike
+from services.core.client import Client
+from services.core.clock import NS_PER_S, RealClock
+from services.core.errors import CallFailedError, NotRunningError, ServiceError
+from services.core.rundir import read_record, running
+from services.fields.client_objects import ObjectHandle, ObjectShelf, objects_message, triple
+from services.fields.client_questions import FieldQuestions
+from services.fields.messages import (
+    STATES,
+    FieldReply,
+    FieldRequest,
+    FieldStatus,
+)
+from services.messages import Floats, Vector3, WorldObject
+from services.reaching.client_settings import as_vector
+from services.reaching.client_types import Rotation, WaitTimeoutError
+from services.streams import FIELD_CALL, FIELD_STATUS, OBJECTS
+
+WAIT_S = 30.0  # unless told otherwise: nobody waits for ever
+FIRST_S = 3.0  # for a status
+SOURCE = "python"
+STILL: Vector3 = (0.0, 0.0, 0.0)
+
+
+class BlockingFieldControl(FieldQuestions):
+    """The field of one stack. Use it as a context manager; it may be used from any thread."""
+
+    def __init__(
+        self, stack: str = "icub", source: str = SOURCE, *, keep_objects: bool = False
+    ) -> None:
+        """Connect.
+
+        Args:
+            stack: name of the running stack.
+            source: that the objects of this client belong to; one client for each name.
+            keep_objects: leave them in the world when this client closes.
+
+        Raises:
+            ServiceError: no such stack, or its hub does not answer.
+        """
+        super().__init__(self._call)
+        try:
+            record = read_record(stack)
+        except NotRunningError as error:
+            raise NotRunningError(f"{error}; start one with `ulna up`") from error
+        self._stack, self._endpoint = stack, record.endpoint
+        self._clock = RealClock()
+        self._bus = Client(record.robot, record.endpoint, self._clock)
+        self._source = source
+        self._keep_objects = keep_objects
+        self._shelf = ObjectShelf(self._publish)
+        self._heard = threading.Condition()
+        self._newest: FieldStatus | None = None
+        self._bus.listen(FIELD_STATUS, self._hear)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def add_object(
+        self,
+        name: str,
+        shape: str,
+        size_m: Sequence[float],
+        position_m: ArrayLike,
+        rotation: Rotation = STILL,
+        *,
+        role: str = "obstacle",
+        velocity_m_s: ArrayLike | None = STILL,
+        covariance_m2: Floats | None = None,
+        vertices_m: Sequence[ArrayLike] = (),
+    ) -> ObjectHandle:
+        """Put an object into the world; its handle moves it, at any rate.
+
+        Args:
+            name: of this client's objects.
+            shape: sphere, ellipsoid, box, cylinder or mesh.
+            size_m: radius | semi-axes | half edges | radius and half length | nothing.
+            position_m: of its centre, base frame; of a mesh its origin.
+            rotation: of its own axes.
+            role: obstacle, or target: may be followed, and is not avoided.
+            velocity_m_s: None: to be estimated from the positions.
+            covariance_m2: of the position: xx, xy, xz, yy, yz, zz; None: it is exact.
+            vertices_m: of a mesh, in its own axes.
+
+        Raises:
+            ServiceError: it is none, or there is one of that name.
+        """
+        return self._shelf.add(
+            WorldObject(
+                name=name,
+                shape=shape,
+                size_m=tuple(float(x) for x in size_m),
+                position_m=triple(position_m),
+                rotation_rad=as_vector(rotation),
+                role=role,
+                velocity_m_s=None if velocity_m_s is None else triple(velocity_m_s),
+                covariance_m2=covariance_m2,
+                vertices_m=tuple(triple(vertex) for vertex in vertices_m),
+            )
+        )
+
+    def status(self) -> FieldStatus:
+        """The newest one.
+
+        Raises:
+            ServiceError: none comes.
+        """
+        with self._heard:
+            if self._heard.wait_for(lambda: self._newest is not None, FIRST_S):
+                assert self._newest is not None
+                return self._newest
+        raise self._silence()
+
+    def wait_for(self, *states: str, goal: int = 0, timeout_s: float = WAIT_S) -> FieldStatus:
+        """Wait until the field is in one of the states, `arrived` by default.
+
+        Args:
+            states: idle, reaching, planning, waiting, unreachable, arrived.
+            goal: not before this goal has been taken up; 0: the newest.
+            timeout_s: how long.
+
+        Raises:
+            WaitTimeoutError: it is in another; the text says which, and why.
+            ServiceError: no such state, or the field is silent.
+        """
+        wanted = states or ("arrived",)
+        for state in wanted:
+            if state not in STATES:
+                raise ServiceError(f"no state {state!r}; there are {', '.join(STATES)}")
+        begun_ns = self._clock.now_ns()
+
+        def is_there() -> bool:
+            newest = self._newest
+            if newest is None or newest.goal < goal:
+                return False
+            return newest.state in wanted
+
+        with self._heard:
+            if self._heard.wait_for(is_there, timeout_s) and self._newest is not None:
+                return self._newest
+            newest = self._newest
+        if newest is None or newest.stamp_ns < begun_ns - NS_PER_S:
+            raise self._silence()
+        why = f": {newest.reason}" if newest.reason else ""
+        raise WaitTimeoutError(f"after {timeout_s:g} s the field is {newest.state}{why}")
+
+    def close(self) -> None:
+        """Leave the bus. What moves goes on moving."""
+        if self._shelf.take_all() and not self._keep_objects:
+            with contextlib.suppress(ServiceError):  # the stack may have gone first
+                self.forget(self._source)
+        self._bus.close()
+
+    def _call(self, request: FieldRequest) -> FieldReply:
+        try:
+            return self._bus.call(FIELD_CALL, request)
+        except CallFailedError as error:
+            here = (self._stack, self._endpoint)
+            if here not in [(record.name, record.endpoint) for record in running()]:
+                raise NotRunningError(f"the stack {self._stack!r} has gone") from error
+            if "field" not in self._bus.alive():
+                raise self._silence() from error
+            raise
+
+    def _publish(self, items: tuple[WorldObject, ...]) -> None:
+        self._bus.put(OBJECTS, objects_message(self._clock.now_ns(), self._source, items))
+
+    def _silence(self) -> ServiceError:
+        return ServiceError(
+            f"no field process in stack {self._stack!r}: its parts make up no limb, or it has "
+            "ended; see `ulna up`'s log"
+        )
+
+    def _hear(self, status: FieldStatus) -> None:
+        """Runs in a thread of Zenoh's."""
+        with self._heard:
+            self._newest = status
+            self._heard.notify_all()
