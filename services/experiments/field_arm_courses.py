@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from dforc.collision.obstacles import Obstacle, sphere
+from dforc.collision.obstacles import Obstacle, Triple, sphere
 from dforc.field.rollout import PERIOD_S
+from dforc.field.tracking import ObjectTracker
 from services.experiments.field_arm_draw import (
     CLEAR_M,
     MOST_TRIES,
@@ -79,8 +80,6 @@ class PassingCourse:
 
     def __init__(self, scene: ArmScene, passage: Passage, rng: np.random.Generator) -> None:
         self._scene, self._passage, self._rng = scene, passage, rng
-        from dforc.field.tracking import ObjectTracker
-
         self._tracker = ObjectTracker()
         self._others = np.array([one.position_m for one in scene.obstacles[1:]]).reshape(-1, 3)
 
@@ -92,9 +91,9 @@ class PassingCourse:
         position, velocity, sigma_m = self._tracker.at(t_s)
         ball = replace(
             self._scene.obstacles[0],
-            position_m=tuple(np.asarray(position).tolist()),
-            velocity_m_s=tuple(np.asarray(velocity).tolist()),
-            margin_m=min(WIDEST_M, SIGMAS * float(sigma_m)),
+            position_m=_triple(position),
+            velocity_m_s=_triple(velocity),
+            margin_m=min(WIDEST_M, SIGMAS * sigma_m),
         )
         seen = Seen(self._scene.goals, (ball, *self._scene.obstacles[1:]))
         return Moment(seen, np.vstack([self._passage.at(t_s + PERIOD_S), self._others]))
@@ -241,6 +240,11 @@ def _cross(starts: Hands, goals: Hands) -> bool:
     lines = [a[1] + SAMPLES[:, None] * (b[1] - a[1]) for a, b in zip(starts, goals, strict=True)]
     apart = np.linalg.norm(lines[0][:, None] - lines[1][None, :], axis=2)
     return float(apart.min()) <= CROSSING_M
+
+
+def _triple(values: Array) -> Triple:
+    x, y, z = values.tolist()
+    return x, y, z
 
 
 def _directions(count: int) -> Array:

@@ -7,7 +7,16 @@ import pytest
 from services.cli.experiment import VERBS
 from services.cli.main import main
 
-NAMES = ("force-table1", "force-fig5", "force-fig6", "force-fig7", "closed-loop", "cartesian", "ik")
+NAMES = (
+    "force-table1",
+    "force-fig5",
+    "force-fig6",
+    "force-fig7",
+    "closed-loop",
+    "cartesian",
+    "ik",
+    "dforc-scenes",
+)
 
 
 def test_help_lists_every_experiment(capsys: pytest.CaptureFixture[str]) -> None:
@@ -45,6 +54,8 @@ def test_help_of_each_ends_with_its_options_and_shows_an_example(
         (["cartesian", "--robot", "icub:head"], "right_arm"),
         (["ik", "--robot", "coman"], "known robots: icub"),
         (["ik", "--robot", "icub:head"], "unknown limb 'right_arm'"),
+        (["dforc-scenes", "--level", "toe"], "unknown level 'toe'; there are point, arm, all"),
+        (["dforc-scenes", "--scenes", "0"], "--scenes: 0 is outside 1..1000"),
         (["ik", "--plot", "/nowhere/a.png"], "there is no folder /nowhere"),
         (["force-fig6", "--runs", "101"], "--runs: 101 is outside 1..100"),
         (["force-fig7", "--data", "nowhere.tgz"], "there is no file nowhere.tgz; --data FILE"),
