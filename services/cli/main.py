@@ -35,10 +35,13 @@ dynamics = cyclopts.App(name="dynamics", help="Torques and contacts from force/t
 learner = cyclopts.App(name="learner", help="What is learned beyond the rigid-body model.")
 ik = cyclopts.App(name="ik", help="Postures for poses of the hands.")
 cartesian = cyclopts.App(name="cartesian", help="Hands that go to poses.")
+field = cyclopts.App(name="field", help="Force fields: goals, obstacles, modes, gains.")
+objects = cyclopts.App(name="objects", help="What is in the world, for the field.")
+field.command(objects)
 joints = cyclopts.App(name="joints", help="Calibrate, move and park joints; what they do now.")
 board = cyclopts.App(name="board", help="Emulated boards, one by one.")
 experiment = cyclopts.App(name="experiment", help="Figures and tables of the papers, made again.")
-GROUPS = (demo, experiment, can, board, joints, ik, cartesian, dynamics, learner)
+GROUPS = (demo, experiment, can, board, joints, ik, cartesian, field, dynamics, learner)
 for group in GROUPS:
     app.command(group)
 # By name, so that a verb loads its own modules only: solver and compiler take a second.
@@ -52,6 +55,11 @@ for request in ("ask", "status"):
     ik.command(f"services.cli.ik:ik_{request}", name=request)
 for request in ("status", "go", "position", "stop", "ask", "info"):
     cartesian.command(f"services.cli.cartesian:cartesian_{request}", name=request)
+for request in ("status", "mode", "set", "info", "goal", "stop"):
+    field.command(f"services.cli.field:field_{request}", name=request)
+field.command("services.cli.field_preview:field_preview", name="preview")
+for request in ("list", "add", "move", "remove"):
+    objects.command(f"services.cli.field_objects:objects_{request}", name=request)
 for request in ("status", "calibrate", "reset", "assume", "source", "identify"):
     dynamics.command(f"services.cli.dynamics:dynamics_{request}", name=request)
 for request in ("status", "save", "restore", "reset", "freeze", "resume"):

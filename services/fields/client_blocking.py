@@ -56,7 +56,7 @@ class BlockingFieldControl(FieldQuestions):
         self._bus = Client(record.robot, record.endpoint, self._clock)
         self._source = source
         self._keep_objects = keep_objects
-        self._shelf = ObjectShelf(self._publish)
+        self._shelf = ObjectShelf(self.publish)
         self._heard = threading.Condition()
         self._newest: FieldStatus | None = None
         self._bus.listen(FIELD_STATUS, self._hear)
@@ -115,6 +115,10 @@ class BlockingFieldControl(FieldQuestions):
             )
         )
 
+    def publish(self, items: tuple[WorldObject, ...]) -> None:
+        """Take the place of all that this client's source has sent; `add_object` does so, too."""
+        self._bus.put(OBJECTS, objects_message(self._clock.now_ns(), self._source, items))
+
     def status(self) -> FieldStatus:
         """The newest one.
 
@@ -123,6 +127,19 @@ class BlockingFieldControl(FieldQuestions):
         """
         with self._heard:
             if self._heard.wait_for(lambda: self._newest is not None, FIRST_S):
+                assert self._newest is not None
+                return self._newest
+        raise self._silence()
+
+    def next_status(self) -> FieldStatus:
+        """The next one to come.
+
+        Raises:
+            ServiceError: none comes.
+        """
+        with self._heard:
+            before = self._newest
+            if self._heard.wait_for(lambda: self._newest is not before, FIRST_S):
                 assert self._newest is not None
                 return self._newest
         raise self._silence()
@@ -177,9 +194,6 @@ class BlockingFieldControl(FieldQuestions):
             if "field" not in self._bus.alive():
                 raise self._silence() from error
             raise
-
-    def _publish(self, items: tuple[WorldObject, ...]) -> None:
-        self._bus.put(OBJECTS, objects_message(self._clock.now_ns(), self._source, items))
 
     def _silence(self) -> ServiceError:
         return ServiceError(
