@@ -38,7 +38,6 @@ SIGMAS = 3.0  # margin for where the obstacle is
 LAG_FROM_S = 2.0  # until the target stops
 END_S = 1.0  # the final error is the mean over the last second
 LAG_MM, FINAL_MM, JERK_SHARE = 30.0, 5.0, 0.2
-PAPER_HITS = {0.05: 50.0, 0.15: 45.0, 0.4: 45.0}  # %, noise-free, of the literature notes
 
 
 @dataclass(frozen=True)
@@ -57,7 +56,7 @@ def roll_field(
     seen_target: Matrix,
     seen_obstacle: Matrix,
     tracks: tuple[Track, Track],
-    R: Matrix,
+    covariance: Matrix,
     world: World,
     law: Law,
     dt: float,
@@ -67,8 +66,8 @@ def roll_field(
     """Fill the point's places (k, 3), one for every sample; `world` holds the obstacle."""
     target, obstacle = tracks
     for i in range(len(seen_target)):
-        take(target, i * dt, seen_target[i], R)
-        take(obstacle, i * dt, seen_obstacle[i], R)
+        take(target, i * dt, seen_target[i], covariance)
+        take(obstacle, i * dt, seen_obstacle[i], covariance)
         variance = 0.0
         for k in range(3):
             world.centres[0, k], world.velocities[0, k] = obstacle.state[k], obstacle.state[3 + k]

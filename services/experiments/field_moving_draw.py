@@ -13,7 +13,10 @@ LENGTH_M = (0.3, 0.4)  # of the target's way: 0.1 m/s at its fastest, on average
 RISE_M = 0.05  # of that way, at most up or down
 OBSTACLE_M = 0.05  # radius
 MEETS_SHARE = (0.3, 0.7)  # of the target's way, where the obstacle crosses it
-LATE_S = 0.3  # sigma of when it does, against the target being there
+# When it does, after the target was there: some time until the point of the paper's field passes,
+# which is (D / K) 2 s behind. With 0 it would meet the target, and the paper's point hardly ever.
+LATE_S = (0.0, 2.0)
+UNSURE_S = 0.3  # sigma of that
 BESIDE_M = 0.02  # sigma of how far beside the way
 NOISE_M = 0.01  # sigma, each axis, on both
 
@@ -38,7 +41,8 @@ def moving_scene(
     way[2] = rng.uniform(-RISE_M, RISE_M)
     target = minimum_jerk(t / MOVES_S)[:, None] * way
     share = rng.uniform(*MEETS_SHARE)
-    meets_s = float(np.interp(share, minimum_jerk(t / MOVES_S), t)) + rng.normal(0.0, LATE_S)
+    meets_s = float(np.interp(share, minimum_jerk(t / MOVES_S), t))
+    meets_s += rng.uniform(*LATE_S) + rng.normal(0.0, UNSURE_S)
     place = share * way + np.array([*rng.normal(0.0, BESIDE_M, 2), 0.0])
     obstacle = place - np.array([0.0, 0.0, speed_m_s]) * (t - meets_s)[:, None]
     return MovingScene(

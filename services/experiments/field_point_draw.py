@@ -54,10 +54,10 @@ def direction(rng: np.random.Generator) -> Array:
 def hard_scene(rng: np.random.Generator, family: str) -> PointScene:
     """One of a family: its balls about the line's middle, every place a little off, turned."""
     balls = [(c + rng.normal(0.0, PERTURBED_M, 3), r) for c, r in FAMILIES[family](rng)]
-    R = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     ends = np.array([[-0.5, 0.0, 0.0], [0.5, 0.0, 0.0]]) * HARD_DISTANCE_M
-    ends = (ends + rng.normal(0.0, PERTURBED_M, (2, 3))) @ R.T
-    return PointScene(ends[0], ends[1], tuple((R @ c, r) for c, r in balls))
+    ends = (ends + rng.normal(0.0, PERTURBED_M, (2, 3))) @ turn.T
+    return PointScene(ends[0], ends[1], tuple((turn @ c, r) for c, r in balls))
 
 
 Balls = list[tuple[Array, float]]
