@@ -24,8 +24,7 @@ from services.experiments.field_arm_run import Course, Outcome, Trace, run
 from services.experiments.field_arm_setting import ArmSetting, arm_setting
 
 PORTION = 5  # scenes
-WARM_S = 0.1
-WARM_NUMBER = 1_000_000  # of the scene that compiles everything
+WARM_S, WARM_KIND, WARM_NUMBER = 3.0, "wall", 1_000_000  # a scene that needs everything
 REACH, ARMS = "icub:reach", "icub:arms"
 
 CHANGING: dict[str, Callable[[ArmSetting, int, int], tuple[ArmScene, Course | None]]] = {
@@ -110,15 +109,16 @@ def _setting(robot: str, limb: str) -> ArmSetting:
     return arm_setting(robot, limb)
 
 
-_warmed: set[tuple[str, str]] = set()
+_warmed: set[tuple[str, str, str]] = set()
 
 
 def _warm(job: Job) -> None:
     """Compile what the laws need: the first tick is nobody's time."""
+    limb = LIMBS.get(job.kind, (REACH, "right_arm"))
+    kind = job.kind if job.kind in LIMBS else WARM_KIND
     for law in job.laws:
-        limb = LIMBS.get(job.kind, (REACH, ""))
-        if (law, limb[1]) not in _warmed:
-            _warmed.add((law, limb[1]))
-            setting = setting_for(job.kind)
-            scene, course = scene_of(job.kind, WARM_NUMBER, job.seed)
+        if (law, *limb) not in _warmed:
+            _warmed.add((law, *limb))
+            setting = setting_for(kind)
+            scene, course = scene_of(kind, WARM_NUMBER, job.seed)
             run(setting, make_law(law, setting), scene, WARM_S, course)

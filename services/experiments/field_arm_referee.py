@@ -16,7 +16,6 @@ from dforc.collision.obstacles import Obstacle, Shape
 Array = NDArray[np.float64]
 
 BETWEEN = 5  # postures looked at from one tick to the next
-FARTHEST_M = 1.2  # of any point of the body from a joint that moves it, and more
 
 
 @dataclass(frozen=True)
@@ -99,12 +98,13 @@ class Referee:
             if moving & (supports[a] ^ supports[b]):  # the others never move against each other
                 self._self_model.addCollisionPair(pin.CollisionPair(a, b))
         self._self_data = self._self_model.createData()
-        self._obstacles: tuple[Obstacle, ...] = ()
+        self._reaches = np.array([self._reach_m(self._model.getJointId(j)) for j in joints])
+        self._seen: tuple[Standing | None, tuple[Nearest, Nearest]] = None, (Nearest(), Nearest())
         self.face(())
 
     def face(self, obstacles: Sequence[Obstacle]) -> None:
         """Judge against these obstacles from now on."""
-        self._obstacles = tuple(obstacles)
+        self._seen = None, (Nearest(), Nearest())
         self._model_of_obstacles = pin.GeometryModel()
         first = len(self._objects)
         for item in self._objects:
@@ -137,13 +137,22 @@ class Referee:
     def judge(
         self, verdict: Verdict, before: Standing, after: Standing, from_s: float, dt_s: float
     ) -> None:
-        """Take the motion between two ticks in, `after` included."""
-        ends = [self._look(before), self._look(after)]
-        verdict.add(*ends[1], from_s + dt_s)
-        closest = min(near.distance_m for end in ends for near in end)
-        turned = float(np.abs(after.body_rad - before.body_rad).sum())
-        if closest > 2.0 * FARTHEST_M * turned + self._drift(before, after):
-            return  # both surfaces may have moved, and not far enough
+        """Take the motion between two ticks in, `after` included.
+
+        In between is looked where a distance could be smaller than the smallest so far.
+        """
+        first = self._seen[1] if self._seen[0] is before else self._look(before)
+        last = self._look(after)
+        self._seen = after, last
+        verdict.add(*last, from_s + dt_s)
+        way = float(self._reaches @ np.abs(after.body_rad - before.body_rad))
+        drift = self._drift(before, after)
+        obstacle = first[0].distance_m + last[0].distance_m - way - drift
+        itself = first[1].distance_m + last[1].distance_m - way
+        if 0.5 * obstacle >= verdict.obstacle.distance_m and (
+            0.5 * itself >= verdict.itself.distance_m
+        ):
+            return
         for k in range(1, BETWEEN):
             share = k / BETWEEN
             verdict.add(*self._look(_between(before, after, share)), from_s + share * dt_s)
@@ -185,6 +194,22 @@ class Referee:
         pair = model.collisionPairs[index]
         names = [model.geometryObjects[i].name for i in (pair.first, pair.second)]
         return Nearest(data.distanceResults[index].min_distance, (names[0], names[1]))
+
+    def _reach_m(self, joint: int) -> float:
+        """No point that the joint carries is ever farther from it [m]."""
+        farthest = 0.0
+        for capsule, item in zip(self._capsules, self._objects, strict=True):
+            above = list(self._model.supports[item.parentJoint])
+            if joint not in above:
+                continue
+            beyond = above[above.index(joint) + 1 :]
+            way = sum(
+                float(np.linalg.norm(self._model.jointPlacements[i].translation)) for i in beyond
+            )
+            along = 0.5 * float(np.linalg.norm(np.subtract(capsule.end_m, capsule.start_m)))
+            centre = float(np.linalg.norm(item.placement.translation))
+            farthest = max(farthest, way + centre + along + capsule.radius_m)
+        return farthest
 
     def _object(self, capsule: Capsule) -> "pin.GeometryObject":
         frame = self._model.frames[self._model.getFrameId(capsule.link)]

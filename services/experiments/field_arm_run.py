@@ -17,6 +17,7 @@ REACHED_M = 0.005
 TURNED_RAD = np.radians(3.0)
 LONGEST_S = 20.0
 SETTLE_S = 0.5  # within 5 mm for so long is reached
+TURN_S = 4.0  # after that the hand may still turn
 KEPT_RAD = 1e-6  # by which a limit may be missed
 NEARER_M = 1e-5  # in a tick: it moves towards the goal
 SAYINGS = ("planning", "waiting", "unreachable")
@@ -136,8 +137,10 @@ def run(
         states.append(answer.state)
         there = not moment.is_waiting and float(gone.max()) <= REACHED_M
         within = within + 1 if there else 0
-        if within * PERIOD_S >= SETTLE_S - 1e-9:
-            outcome.reached_s = at_s + PERIOD_S - SETTLE_S
+        outcome.reached_s = _since(within, at_s)
+        if outcome.reached_s is not None and (
+            within * PERIOD_S >= TURN_S or _turn(setting, scene, after) <= TURNED_RAD
+        ):
             break
         if answer.state == ENDED and not within:
             break
@@ -155,6 +158,18 @@ def _note(outcome: Outcome, state: str, away: Array, before: Array, at_s: float)
         outcome.said_s = at_s - outcome.goal_s
 
 
+def _since(within: int, at_s: float) -> float | None:
+    """Since when the hands have been at their goals, where that counts as reached."""
+    lasts_s = within * PERIOD_S
+    return at_s + PERIOD_S - lasts_s if lasts_s >= SETTLE_S - 1e-9 else None
+
+
+def _turn(setting: ArmSetting, scene: ArmScene, standing: Standing) -> float:
+    """Of the worst hand from its goal [rad]."""
+    pairs = zip(setting.hands_of(standing.body_rad), scene.goals, strict=True)
+    return max(angle_between(R, goal.rotation) for (R, _), goal in pairs)
+
+
 def _away(setting: ArmSetting, scene: ArmScene, standing: Standing) -> Array:
     """Distance of each hand from its goal."""
     hands = setting.hands_of(standing.body_rad)
@@ -169,9 +184,8 @@ def _measure(
     postures: Sequence[Array],
     last: Standing,
 ) -> None:
-    ends = list(zip(setting.hands_of(last.body_rad), scene.goals, strict=True))
-    outcome.error_m = max(float(np.linalg.norm(p - goal.position_m)) for (_, p), goal in ends)
-    outcome.angle_rad = max(angle_between(R, goal.rotation) for (R, _), goal in ends)
+    outcome.error_m = float(_away(setting, scene, last).max())
+    outcome.angle_rad = _turn(setting, scene, last)
     hands = np.array([setting.hands(q)[0][1] for q in postures])
     outcome.path_m = float(np.linalg.norm(np.diff(hands, axis=0), axis=1).sum())
 
