@@ -31,6 +31,18 @@ class BodyCapsule:
     end_m: Triple
     radius_m: float
 
+    def __post_init__(self) -> None:
+        """Refuse what is no capsule.
+
+        Raises:
+            BodyError: with the capsule's name and the value.
+        """
+        numbers = (*self.start_m, *self.end_m)
+        if len(numbers) != 6 or not np.isfinite(numbers).all():
+            raise BodyError(f"capsule {self.name!r}: from {self.start_m} to {self.end_m}")
+        if not 0.0 < self.radius_m < np.inf:
+            raise BodyError(f"capsule {self.name!r}: radius_m is {self.radius_m}")
+
 
 class BodyArrays(NamedTuple):
     """The body, as the compiled functions want it: every joint's axis is the z of its frame."""
