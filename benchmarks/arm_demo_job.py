@@ -59,7 +59,7 @@ class ArmDemo(Reach):
         home = self._setting.hands(self._setting.home_rad)[0][1]
         spread = rng.uniform(-SPREAD_M, SPREAD_M, (2, 3))
         self._goals_m = (home + REACH_M + spread[0], home + spread[1])
-        fixed = [k for k, c in enumerate(self._setting.capsules) if any(n in c.name for n in FIXED)]
+        fixed = [k for k, c in enumerate(self._setting.capsules) if not c.link.startswith(GIVE_WAY)]
         segments = self._setting.referee.segments(self._setting.whole(self._setting.home_rad))
         radii = np.array([c.radius_m for c in self._setting.capsules])
         self._ball = MovedBall(

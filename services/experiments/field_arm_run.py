@@ -89,6 +89,8 @@ class Outcome:
         if not self.reached:
             states = " > ".join(self.states[-4:])
             found.append(f"{1e3 * self.error_m:.0f} mm away ({states}; {self.reason})")
+        elif not self.turned:
+            found.append(f"turned {np.degrees(self.angle_rad):.0f} deg wrong ({self.reason})")
         return "; ".join(found)
 
 
