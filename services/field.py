@@ -32,6 +32,7 @@ from services.fields.robot_body import robot_body
 from services.fields.seen import SeenObject
 from services.fields.sources import Sources
 from services.fields.takeover import Takeover
+from services.fields.warm import warm_modes
 from services.messages import CartesianStatus, IkSolution
 from services.reaching.limb import find_limb
 from services.reaching.limb_reading import Reading
@@ -86,7 +87,11 @@ class Field(Service):
         states = dict.fromkeys([JOINT_STATE[part] for part in parts])
         states |= dict.fromkeys(self._body.streams.values())
         self.reads = (GOAL, OBJECTS, CARTESIAN_STATUS, CARTESIAN_SETUP, IK_SOLUTION, *states)
-        self._warm()
+
+    def warm(self) -> "Field":
+        """Compile what is compiled before somebody waits for it."""
+        warm_modes(self._driver, self._limb, self._body)
+        return self
 
     @property
     def refused(self) -> int:
@@ -219,13 +224,6 @@ class Field(Service):
         reading = self._readings.recent(self._limb.name)
         return () if reading.missing else _at_rest(self._limb, reading)
 
-    def _warm(self) -> None:
-        """Move the main limb once, so that what is compiled has been when somebody waits for it."""
-        limb = self._limb
-        law = self._driver.law_of(self._driver.mode, limb)
-        law.begin(start_at(limb, limb.problem.limits.project(limb.problem.rest_rad)))
-        law.step(None, self._around(()), 0.0)
-
 
 def _at_rest(limb: FieldLimb, reading: Reading) -> tuple[HandPoint, ...]:
     return start_at(limb, np.array(reading.q_rad)).hands
@@ -233,7 +231,7 @@ def _at_rest(limb: FieldLimb, reading: Reading) -> tuple[HandPoint, ...]:
 
 def build(context: Context) -> Field:
     """Build the models of limbs and body."""
-    return Field(load_robot(context.robot))
+    return Field(load_robot(context.robot)).warm()
 
 
 if __name__ == "__main__":

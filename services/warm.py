@@ -9,6 +9,7 @@ from services.cartesian import Cartesian
 from services.config import load_robot
 from services.dynamics import Dynamics
 from services.emulated.emulation import rig_spec
+from services.field import Field
 from services.ik import Ik
 from services.processes import DEFAULT_ROBOT
 
@@ -21,6 +22,7 @@ def main() -> int:
     Dynamics(robot)
     Ik(robot)
     Cartesian(robot)
+    Field(robot).warm()
     return 0
 
 

@@ -37,7 +37,8 @@ def _gain(
     )
 
 
-SWITCH = (0.0, 1.0)  # bounds of a gain that is off or on
+SWITCH = (0.0, 1.0)  # values of a gain that is off or on
+SWITCHES = ("truncated", "targets", "variant", "limits", "gamma")
 TIME = _gain("T", "s", "trajectory time of the controller; 0 = the robot file's", 0, 0.6, (0, 10))
 
 TABLES: Mapping[str, tuple[GainInfo, ...]] = MappingProxyType(
@@ -135,6 +136,6 @@ def _checked(mode: str, gain: GainInfo, value: float) -> float:
         raise ConfigError(f"{gain.name} of mode {mode} is {span}, not {value:g}")
     if gain is TIME and 0.0 < value < SHORTEST_T_S:
         raise ConfigError(f"T is 0 or at least {SHORTEST_T_S:g} s, not {value:g}")
-    if (gain.lowest, gain.highest) == SWITCH and value not in SWITCH:
+    if gain.name in SWITCHES and value not in SWITCH:
         raise ConfigError(f"{gain.name} of mode {mode} is 0 or 1, not {value:g}")
     return abs(float(value))  # of -0.0 it makes 0.0

@@ -1,0 +1,51 @@
+"""Run what is compiled once, so that nobody waits for it in the middle of a motion."""
+
+import numpy as np
+
+from services.core.clock import NS_PER_MS
+from services.core.errors import ServiceError
+from services.fields.around import BodyReading, around_limb
+from services.fields.driver import PointDriver, start_at
+from services.fields.limbs import FieldLimb
+from services.fields.messages import MODES
+from services.fields.mode import HandGoal
+from services.fields.sources import Sources
+from services.messages import Objects, Vector3, WorldObject
+from services.reaching.tip_poses import vector3
+
+AWAY_M = np.array([-0.15, 0.0, 0.0])
+STEPS = 60  # enough for a mode that plans to begin to
+WALL_M = (0.02, 0.3, 0.3)
+
+
+def warm_modes(driver: PointDriver, limb: FieldLimb, body: BodyReading) -> None:
+    """Have every mode move a limb towards a goal behind a wall."""
+    start = start_at(limb, limb.problem.limits.project(limb.problem.rest_rad))
+    goals = [HandGoal(position_m=hand.position_m + AWAY_M) for hand in start.hands]
+    middle = vector3(start.hands[0].position_m + 0.6 * AWAY_M)
+    seen = noisy_wall(middle).seen(0)
+    around = around_limb(seen, None, (body.q_rad, body.dq_rad_s))
+    for mode in MODES:
+        try:
+            law = driver.law_of(mode, limb)
+        except ServiceError:
+            continue  # a mode that does not move such a limb
+        law.begin(start)
+        for _ in range(STEPS):
+            law.step(goals, around, 0.0)
+
+
+def noisy_wall(place_m: Vector3) -> Sources:
+    """A wall that was seen twice, with noise: it is filtered."""
+    sources = Sources()
+    for i in (1, 2):
+        wall = WorldObject(
+            name="wall",
+            shape="box",
+            size_m=WALL_M,
+            position_m=place_m,
+            covariance_m2=(1e-6, 0.0, 0.0, 1e-6, 0.0, 1e-6),
+        )
+        now_ns = i * 33 * NS_PER_MS
+        sources.take(now_ns, Objects(stamp_ns=now_ns, objects=(wall,), source="warm"))
+    return sources
