@@ -14,7 +14,7 @@ from dforc.limits import JointLimits
 from dforc.virtual_arm.kernel_edge import march
 from dforc.virtual_arm.kernel_planner import distance
 from dforc.virtual_arm.kernel_posture import QP_ROOM_ROWS, Aim, Work, approach
-from dforc.virtual_arm.kernel_random import draw, room_of, seeds, uniform
+from dforc.virtual_arm.kernel_random import EVERYWHERE, draw, room_of, seeds, uniform
 from dforc.virtual_arm.scene import Surroundings
 
 POSITION_M = 0.001  # largest error of a hand
@@ -160,7 +160,7 @@ class GoalSearch:
         )
         if far > POSITION_M:
             return
-        free, _, _ = march(self._scene, q, q, 1, False)
+        free, _, _ = march(self._scene, q, q)
         if free >= 1.0:
             self._keep(q, float(turned))
 
@@ -169,7 +169,7 @@ class GoalSearch:
         if self._tried < 2:
             q[:] = self._rest if self._tried else self._now
             return q.copy(), 1.0
-        spread = SMALL_SPREAD if self._tried % 2 else 2.0
+        spread = SMALL_SPREAD if self._tried % 2 else EVERYWHERE
         draw(self._draws, self._room, self._now, spread, q)
         to_now = uniform(self._draws)
         return q + to_now * (self._now - q), 1.0

@@ -29,6 +29,8 @@ class Scene(NamedTuple):
     kept: Matrix  # (k, m) distance to keep between each capsule's axis and each obstacle
     pairs_kept: Vector  # (p,) and between the axes of two capsules
     between: float  # m, by how much distances may fall short between two postures looked at
+    looks: int  # postures of one way at most
+    misses: int  # that touch, until a way is given up: 1 quickly, 2 near to where it is blocked
     whole: Vector  # (N,) the body's posture; the limb's joints are overwritten
     frames: Matrix  # (N, 12)
     segments: Matrix  # (c, 6)
@@ -99,11 +101,10 @@ def look_at(scene: Scene, a: Vector, b: Vector, share: float) -> float:
 
 
 @compiled
-def march(scene: Scene, a: Vector, b: Vector, budget: int, partly: bool) -> tuple[float, bool, int]:
+def march(scene: Scene, a: Vector, b: Vector) -> tuple[float, bool, int]:
     """Free share of the way from a to b, whether something stops it there, and postures looked at.
 
-    The share is short of what is free by less than a step. Without `partly` a way whose end is not
-    free is not looked at any further. The budget may be passed by two.
+    The share is that of the last posture found free. `scene.looks` may be passed by two.
     """
     set_edge(scene, a, b)
     here = look_at(scene, a, b, 0.0)
@@ -111,26 +112,26 @@ def march(scene: Scene, a: Vector, b: Vector, budget: int, partly: bool) -> tupl
         return 0.0, True, 1
     if here >= 1.0:
         return 1.0, False, 1
-    end, last = 1.0, look_at(scene, a, b, 1.0)
-    states = 2
-    if last >= 0.0:
-        end = 1.0 - last
-    elif not partly:
-        return 0.0, True, 2
-    share = 0.0
-    while share + here < end or (last < 0.0 and share < 1.0):
-        if states >= budget:
-            return share, False, states
-        ahead = min(share + STRETCH * here, max(share + here, 0.5 * (share + here + end)))
+    last = look_at(scene, a, b, 1.0)
+    end = 1.0 - max(0.0, last)
+    share, looks, misses, stretch = 0.0, 2, 0, STRETCH
+    while share + here < end or last < 0.0:
+        if looks >= scene.looks:
+            return share, False, looks
+        ahead = min(share + stretch * here, max(share + here, 0.5 * (share + here + end)))
         if ahead >= 1.0:
-            return share, True, states
+            return share, True, looks
         there = look_at(scene, a, b, ahead)
-        states += 1
+        looks += 1
         if there >= 0.0 and ahead - there > share + here:  # a gap between what the two make safe
             ahead = share + here
             there = look_at(scene, a, b, ahead)
-            states += 1
-        if there < 0.0:
-            return share, True, states
-        share, here = ahead, there
-    return 1.0, False, states
+            looks += 1
+        if there >= 0.0:
+            share, here = ahead, there
+            continue
+        misses += 1
+        if misses >= scene.misses or ahead <= share + here:
+            return share, True, looks
+        stretch = 1.0
+    return 1.0, False, looks

@@ -14,17 +14,18 @@ from dforc.arrays import Matrix, Vector
 from dforc.compiled import compiled
 from dforc.ik.kernel_chain import Indices
 from dforc.virtual_arm.kernel_edge import Scene, march
-from dforc.virtual_arm.kernel_random import Room, draw
+from dforc.virtual_arm.kernel_random import EVERYWHERE, Room, draw, uniform
 
 SEARCHING, MET, USED_UP = 0, 1, 2
 # What stands where in Trees.state: two words of the random generator, then
-ACTIVE, FROM, TARGET, GOAL, LOOKED, MET_START, MET_GOAL = 2, 3, 4, 5, 6, 7, 8
-STATE_WORDS = 9
+ACTIVE, FROM, TARGET, GOAL, GOALS, LOOKED, MET_START, MET_GOAL = 2, 3, 4, 5, 6, 7, 8, 9
+STATE_WORDS = 10
 NOWHERE = -1
 
 STEP_M = 0.25  # of a tree, in the metric of postures
 SHORTEST_M = 0.01  # a step that is stopped earlier leaves no node
-MOST_LOOKS = 40  # postures of one step
+BESIDE = 0.5  # share of the random postures that are drawn beside a straight way to a goal
+BESIDE_SPREAD = 0.5  # and from how much of the joints' ranges
 NODES_PER_LOOK = 256  # distances of nodes that take as long as looking at one posture
 
 
@@ -85,7 +86,7 @@ def step_towards(scene: Scene, trees: Trees, tree: int, node: int, q: Vector) ->
     share = 1.0 if away <= STEP_M else STEP_M / away
     for j in range(len(b)):
         b[j] = a[j] + share * (q[j] - a[j])
-    free, _, looks = march(scene, a, b, MOST_LOOKS, True)
+    free, _, looks = march(scene, a, b)
     trees.state[LOOKED] += looks
     if free < 1.0 and free * share * away < SHORTEST_M:
         return NOWHERE, False
@@ -98,34 +99,51 @@ def step_towards(scene: Scene, trees: Trees, tree: int, node: int, q: Vector) ->
 
 
 @compiled
-def extend(scene: Scene, room: Room, trees: Trees) -> None:
-    """Grow the active tree towards a random posture, and choose what the other tree runs for."""
-    state, active = trees.state, trees.state[ACTIVE]
-    draw(state, room, trees.nodes[0, 0], 2.0, trees.drawn)
-    count, metric = trees.counts[active], scene.moving.metric
-    near = nearest_node(trees.nodes[active], count, metric, trees.drawn)
-    new, _ = step_towards(scene, trees, active, near, trees.drawn)
-    other = 1 - active
-    state[LOOKED] += (count + trees.counts[other]) // NODES_PER_LOOK
-    state[ACTIVE] = other
-    if new >= 0:
-        q = trees.nodes[active, new]
-        state[TARGET] = new
-        state[FROM] = nearest_node(trees.nodes[other], trees.counts[other], metric, q)
+def aim_at_random(room: Room, trees: Trees) -> None:
+    """A posture to grow towards: every other one near a straight way from the start to a goal."""
+    state, start, middle = trees.state, trees.nodes[0, 0], trees.tried
+    if uniform(state) < BESIDE:
+        goal = trees.nodes[1, int(uniform(state) * state[GOALS])]
+        share = uniform(state)
+        for j in range(len(middle)):
+            middle[j] = start[j] + share * (goal[j] - start[j])
+        draw(state, room, middle, BESIDE_SPREAD, trees.drawn)
+    else:
+        draw(state, room, start, EVERYWHERE, trees.drawn)
 
 
 @compiled
-def run(scene: Scene, trees: Trees) -> bool:
-    """One step of the active tree for the target in the other one; whether they meet."""
+def next_goal(room: Room, metric: Vector, trees: Trees) -> int:
+    """From which node of the active tree to grow towards `drawn`; the next goal or at random."""
+    state, goal = trees.state, trees.state[GOAL]
+    if goal < state[GOALS]:  # they are the first nodes of their tree
+        state[ACTIVE], state[TARGET], state[GOAL] = 0, goal, goal + 1
+        trees.drawn[:] = trees.nodes[1, goal]
+        return 0
+    state[TARGET] = NOWHERE
+    aim_at_random(room, trees)
+    active = state[ACTIVE]
+    state[LOOKED] += (trees.counts[0] + trees.counts[1]) // NODES_PER_LOOK
+    return nearest_node(trees.nodes[active], trees.counts[active], metric, trees.drawn)
+
+
+@compiled
+def after_step(metric: Vector, trees: Trees, new: int, arrived: bool) -> bool:
+    """Decide who grows next, and from where; whether the trees have met."""
     state, active = trees.state, trees.state[ACTIVE]
-    target = state[TARGET]
-    new, met = step_towards(scene, trees, active, state[FROM], trees.nodes[1 - active, target])
-    if met:
-        state[MET_START] = new if active == 0 else target
-        state[MET_GOAL] = target if active == 0 else new
-    else:
+    target, other = state[TARGET], 1 - active
+    if target >= 0:  # the active tree runs for the target until something stops it
         state[FROM] = new
-    return met
+        if arrived:
+            state[MET_START] = new if active == 0 else target
+            state[MET_GOAL] = target if active == 0 else new
+        return arrived
+    state[ACTIVE], state[FROM] = other, NOWHERE
+    if new >= 0:
+        trees.drawn[:] = trees.nodes[active, new]
+        state[TARGET] = new
+        state[FROM] = nearest_node(trees.nodes[other], trees.counts[other], metric, trees.drawn)
+    return False
 
 
 @compiled
@@ -135,22 +153,17 @@ def grow(scene: Scene, room: Room, trees: Trees, looks: int, most_looks: int) ->
     First the start runs for one goal after the other. USED_UP when the trees are full or have
     taken `most_looks` in all.
     """
-    state, goals = trees.state, trees.state[GOAL]
+    state, metric = trees.state, scene.moving.metric
     until = min(state[LOOKED] + looks, most_looks)
     full = trees.nodes.shape[1] - 1
     while state[LOOKED] < until:
         if max(trees.counts[0], trees.counts[1]) >= full:
             return USED_UP
-        if state[FROM] >= 0:
-            if run(scene, trees):
-                return MET
-            continue
-        goals = state[GOAL]
-        if goals < 0:
-            extend(scene, room, trees)
-        else:  # the goals are the first nodes of their tree
-            state[ACTIVE], state[FROM], state[TARGET] = 0, 0, goals
-            state[GOAL] = goals - 1
+        if state[FROM] < 0:
+            state[FROM] = next_goal(room, metric, trees)
+        new, arrived = step_towards(scene, trees, state[ACTIVE], state[FROM], trees.drawn)
+        if after_step(metric, trees, new, arrived):
+            return MET
     return USED_UP if state[LOOKED] >= most_looks else SEARCHING
 
 

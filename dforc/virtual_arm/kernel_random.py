@@ -15,6 +15,7 @@ from dforc.limits import JointLimits
 FIRST_FACTOR, FIRST_PRIME = 40014, 2147483563
 SECOND_FACTOR, SECOND_PRIME = 40692, 2147483399
 WIDEST_RAD = 2.0 * np.pi
+EVERYWHERE = 2.0  # as a share of the joints' ranges, around any posture
 DRAWS = 8  # before a posture outside the rows is drawn towards one inside
 
 

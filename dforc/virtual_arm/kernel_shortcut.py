@@ -7,7 +7,7 @@ from dforc.virtual_arm.kernel_edge import Scene, march
 from dforc.virtual_arm.kernel_planner import distance
 from dforc.virtual_arm.kernel_random import uniform
 
-MOST_LOOKS = 80  # postures of one shortcut
+ON_THE_WAY = 1e-12  # of a length, by which rounding makes a straight way longer
 WORTH = 0.999  # of the length that is cut
 
 
@@ -50,23 +50,35 @@ def cut(path: Matrix, count: int, first: int, last: int, a: Vector, b: Vector) -
 
 
 @compiled
-def shorten(
-    scene: Scene, draws: Indices, path: Matrix, count: int, ends: Matrix
+def choose_ends(
+    draws: Indices, path: Matrix, count: int, metric: Vector, ends: Matrix
 ) -> tuple[int, int]:
-    """Try one shortcut between two places at random: new count, and postures looked at."""
-    metric, (a, b) = scene.moving.metric, (ends[0], ends[1])
+    """Two places on a path at random, into `ends` (2, n), and their edges; 0, 0 if of no use."""
     length = path_length(path, count, metric)
     before, behind = uniform(draws) * length, uniform(draws) * length
     if before > behind:
         before, behind = behind, before
-    first = point_at(path, count, metric, before, a)
-    last = point_at(path, count, metric, behind, b)
-    if first == last or distance(metric, a, b) > WORTH * (behind - before):
-        return count, 0
-    free, _, looks = march(scene, a, b, MOST_LOOKS, False)
-    if free < 1.0:
-        return count, looks
-    return cut(path, count, first, last, a, b), looks
+    first = point_at(path, count, metric, before, ends[0])
+    last = point_at(path, count, metric, behind, ends[1])
+    if distance(metric, ends[0], ends[1]) > WORTH * (behind - before):
+        return 0, 0
+    return first, last
+
+
+@compiled
+def tidy(path: Matrix, count: int, metric: Vector) -> int:
+    """Leave out postures that are on the straight way between others; the new count."""
+    kept = 1
+    for k in range(1, count):
+        if k < count - 1:
+            before = distance(metric, path[kept - 1], path[k])
+            behind = distance(metric, path[k], path[k + 1])
+            through = distance(metric, path[kept - 1], path[k + 1])
+            if before + behind <= through + ON_THE_WAY * (before + behind):
+                continue
+        path[kept] = path[k]
+        kept += 1
+    return kept
 
 
 @compiled
@@ -77,9 +89,14 @@ def straighten(
 
     Returns the new count of postures, the tries taken and the postures looked at.
     """
-    looked, tried = 0, 0
+    metric, looked, tried = scene.moving.metric, 0, 0
+    count = tidy(path, count, metric)
     while tried < tries and looked < looks and count > 2:
-        count, more = shorten(scene, draws, path, count, ends)
-        looked += more
+        first, last = choose_ends(draws, path, count, metric, ends)
         tried += 1
-    return count, tried, looked
+        if first < last:
+            free, _, more = march(scene, ends[0], ends[1])
+            looked += more
+            if free >= 1.0:
+                count = cut(path, count, first, last, ends[0], ends[1])
+    return tidy(path, count, metric), tried, looked

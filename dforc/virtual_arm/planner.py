@@ -16,6 +16,7 @@ from dforc.virtual_arm.kernel_planner import (
     ACTIVE,
     FROM,
     GOAL,
+    GOALS,
     LOOKED,
     MET,
     NOWHERE,
@@ -32,6 +33,7 @@ MOST_NODES = 4000  # of each tree
 MOST_LOOKS = 40000  # postures, for one plan
 SHORTCUTS = 80  # tries
 MOST_GOALS = 16
+CLOSELY = 2  # Scene.misses
 
 
 class PlanState(StrEnum):
@@ -112,7 +114,7 @@ class PosturePlanner:
         trees.counts[:] = 1, len(free)
         trees.state[:2] = seeds(self._seed if seed is None else seed)
         trees.state[ACTIVE], trees.state[FROM], trees.state[LOOKED] = 1, NOWHERE, 0
-        trees.state[GOAL] = len(free) - 1
+        trees.state[GOAL], trees.state[GOALS] = 0, len(free)
         self._count, self._tries = 0, 0
         self._state = PlanState.SEARCHING if free else PlanState.FAILED
 
@@ -176,7 +178,8 @@ class PosturePlanner:
         here = path[edge] + share * (path[min(edge + 1, last)] - path[edge])
         scene = leavable(scene, here)
         while edge < last:
-            free, blocked, more = march(scene, here, path[edge + 1], looks - used, True)
+            scene = scene._replace(looks=looks - used, misses=CLOSELY)
+            free, blocked, more = march(scene, here, path[edge + 1])
             used += more
             if free < 1.0:
                 return Stretch(edge + share + free * (1.0 - share), bool(blocked), used)
@@ -215,7 +218,7 @@ class PosturePlanner:
         return self.free_along(both, 0.0, world, others_q, margin_m, self_margin_m, looks).reached
 
     def _is_free(self, q: Vector) -> bool:
-        free, _, _ = march(self._scene, q, q, 1, False)
+        free, _, _ = march(self._scene, q, q)
         return bool(free >= 1.0)
 
     def _straighten(self, looks: int) -> None:

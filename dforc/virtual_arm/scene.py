@@ -16,6 +16,7 @@ from dforc.ik.kernel_chain import Indices
 from dforc.virtual_arm.kernel_edge import Scene
 from dforc.virtual_arm.moving import moving_of
 
+MOST_LOOKS = 60  # postures, at one step of a tree or one shortcut
 BETWEEN_M = 0.004  # a distance may fall short of its margin by half of this between two looks
 FINEST_M = 0.001  # unless the margin is smaller: then this
 INSIDE_M = 1e-6  # a posture that is inside a margin may come nearer by this
@@ -39,6 +40,8 @@ class Surroundings:
             kept=np.zeros((len(moving.capsules), 0)),
             pairs_kept=np.zeros(len(moving.pairs)),
             between=BETWEEN_M,
+            looks=MOST_LOOKS,
+            misses=1,
             whole=np.zeros(size),
             frames=np.zeros((size, 12)),
             segments=np.zeros((count, 6)),
