@@ -1,8 +1,8 @@
 """Where a robot's links are in space: each link as one capsule or several.
 
 A capsule is all points within a radius of a segment, given in the axes of its link. Posed, the
-capsules are flat arrays in one frame, ready to be cut by a line. `dforc.capsules` is the simpler
-form for clearance: capsules between joint origins, which needs no rotations.
+capsules are flat arrays in one frame, ready to be cut by a line. They fit the meshes as closely as
+they can; those of `dforc.collision` enclose them.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -28,6 +28,7 @@ from dforc.virtual_arm.pursuit import Gait, Pursuit, Situation
 POSITION_WEIGHT, TURN_WEIGHT = 1e4, 1.0  # (m/s)^-2, (rad/s)^-2: the position is the condition
 POSTURE_WEIGHT = 0.02
 POSTURE_PULL_1_S = 2.0
+LEANING_SHARE = 0.5  # of the joints' speeds
 TURN_PROGRESS_M = 0.1  # what a radian counts beside metres
 NEAR_M = 0.02  # of the goal the posture's pull fades, so that it moves no hand off it
 LEAST_PULL = 0.05
@@ -84,7 +85,7 @@ class VirtualArm:
         dq = np.zeros(motion.n)
         if dq_rad_s is not None:
             dq = finite_vector("speeds", dq_rad_s, motion.n)
-        motion.q, motion.dq = q, dq
+        motion.begin(q, dq)
         self._pursuit.drop()
 
     def change(self, params: ArmParams) -> None:
@@ -163,8 +164,8 @@ class VirtualArm:
         gain = min(1.0, dt_s * params.damping_ns_m)
         if pursuit.gait is Gait.REACH and goals is not None:
             nearest_m = self._hands(goals, share, dt_s, v, weights)
-            wanted, posture = self._leaning(nearest_m, gain)
-            before = motion.jacobian @ motion.dq
+            wanted, posture = self._leaning(nearest_m, share, gain)
+            before = motion.velocity
         else:
             wanted = np.zeros(motion.n)
             if pursuit.way is not None:
@@ -176,7 +177,7 @@ class VirtualArm:
         if pursuit.gait is Gait.REACH and goals is not None:
             scale = np.where(weights == TURN_WEIGHT, TURN_PROGRESS_M, 1.0) * (weights > 0.0)
             nominal = scale * (before + (v - before) / gain)
-            done = scale * (motion.jacobian @ motion.dq)
+            done = scale * motion.velocity
             pursuit.progress.note(float(done @ nominal), float(nominal @ nominal), dt_s)
         elif pursuit.way is not None:
             pursuit.progress.note(float(motion.dq @ target), float(target @ target), dt_s)
@@ -192,7 +193,7 @@ class VirtualArm:
     ) -> float:
         """Fill what the hands want; distance [m] of the farthest from its goal."""
         motion, params = self._motion, self.params
-        before = motion.jacobian @ motion.dq
+        before = motion.velocity
         K, D = params.stiffness_n_m, params.damping_ns_m
         still = np.zeros(3)
         farthest = 0.0
@@ -217,12 +218,12 @@ class VirtualArm:
                 weights[turning] = TURN_WEIGHT
         return farthest
 
-    def _leaning(self, distance_m: float, gain: float) -> tuple[Vector, Vector]:
+    def _leaning(self, distance_m: float, share: float, gain: float) -> tuple[Vector, Vector]:
         """Joint speeds that the posture wants, and their weights."""
         motion, posture = self._motion, self._pursuit.posture
         lean = self._rest if posture is None else posture
-        limit = 0.5 * motion.speeds
-        pull = np.clip(POSTURE_PULL_1_S * (lean - motion.q), -limit, limit)
+        limit = LEANING_SHARE * motion.speeds
+        pull = share * np.clip(POSTURE_PULL_1_S * (lean - motion.q), -limit, limit)
         wanted: Vector = motion.dq + gain * (pull - motion.dq)
         near = 1.0 if posture is not None else min(1.0, max(LEAST_PULL, distance_m / NEAR_M))
         return wanted, np.full(motion.n, near * POSTURE_WEIGHT)

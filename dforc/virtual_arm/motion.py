@@ -61,6 +61,9 @@ class ArmMotion:
         self.q: Vector = np.zeros(n)
         self.dq: Vector = np.zeros(n)
         self.jacobian: Matrix = np.zeros((6 * len(tips), n))
+        # Of the hands in the period before (6 for each). With today's Jacobian the speeds of then
+        # would be another motion: the hand would be carried aside as by a centrifugal force.
+        self.velocity: Vector = np.zeros(6 * len(tips))
         self.mask = body.moved_by(joints)
         self.count = 0
         self.nearest = -1
@@ -85,6 +88,12 @@ class ArmMotion:
         self._tip_columns: Matrix = np.zeros((6, N))
         self._body_q: Vector = np.zeros(N)
 
+    def begin(self, q: Vector, dq: Vector) -> None:
+        """Be there, at these speeds."""
+        self.q, self.dq = q, dq
+        self._stand(np.zeros(len(self.body.joints)))  # joints that are not the limb's carry no hand
+        self.velocity = self.jacobian @ dq
+
     def change(self, params: ArmParams) -> None:
         """Other constants."""
         self.params = params
@@ -93,13 +102,7 @@ class ArmMotion:
     def look(self, world: World, others_q: Vector, others_dq: Vector, margin_m: float) -> None:
         """Take in what is where, for this step."""
         arrays, params = self.body.arrays, self.params
-        self._body_q[:] = others_q
-        self._body_q[self.columns] = self.q
-        place_body(self._body_q, arrays, self._frames, self._segments)
-        for at, tip in enumerate(self.tips):
-            tip_pose(arrays, tip, self._frames, self._turn[at], self._place[at])
-            tip_jacobian(arrays, tip, self._frames, self._tip_columns)
-            self.jacobian[6 * at : 6 * at + 6] = self._tip_columns[:, self.columns]
+        self._stand(others_q)
         self.count = proximities(
             self._body_q,
             arrays,
@@ -131,6 +134,17 @@ class ArmMotion:
             self._floors,
         )
 
+    def _stand(self, others_q: Vector) -> None:
+        """Frames, hands and their Jacobian at the posture."""
+        arrays = self.body.arrays
+        self._body_q[:] = others_q
+        self._body_q[self.columns] = self.q
+        place_body(self._body_q, arrays, self._frames, self._segments)
+        for at, tip in enumerate(self.tips):
+            tip_pose(arrays, tip, self._frames, self._turn[at], self._place[at])
+            tip_jacobian(arrays, tip, self._frames, self._tip_columns)
+            self.jacobian[6 * at : 6 * at + 6] = self._tip_columns[:, self.columns]
+
     def pose(self, at: int) -> tuple[Matrix, Vector]:
         """Rotation (3, 3) and position (3,) of a hand, as `look` found them."""
         return self._turn[at].reshape(3, 3), self._place[at]
@@ -143,8 +157,8 @@ class ArmMotion:
         motions = []
         for at, tip in enumerate(self.tips):
             tip_pose(arrays, tip, self._frames, self._turn[at], self._place[at])
-            velocity: Vector = self.jacobian[6 * at : 6 * at + 3] @ self.dq
             R, p = self.pose(at)
+            velocity = self.velocity[6 * at : 6 * at + 3].copy()
             motions.append(TipMotion(R.copy(), p.copy(), velocity))
         return tuple(motions)
 
@@ -177,6 +191,7 @@ class ArmMotion:
             dq = self._last_safe()
         share = 1.0 if how == MISSED else self._safe_share(dq, world, period_s)
         self.dq = share * dq
+        self.velocity = self.jacobian @ self.dq
         moved = self.q + period_s * self.dq
         self.q = np.minimum(np.maximum(moved, limits.lower_rad), limits.upper_rad)
         return held, how == MISSED

@@ -1,9 +1,10 @@
 """How the virtual arm gets to a goal: straight as long as that leads on, else by a planned path.
 
-Each attempt keeps a margin from obstacles. It looks for postures that have the hand at the goal
-and touch nothing; when the arm is stuck it plans a path to one of them. An attempt that fails is
+Each attempt has a margin from obstacles. It looks for postures that have the hand at the goal and
+keep the margin; when the arm is stuck it plans a path to one of them. An attempt that fails is
 followed by one with half the margin, down to the least; then the goal counts as out of reach, and
-after a while all begins again: obstacles may have moved.
+after a while all begins again: obstacles may have moved. The arm itself keeps the whole margin
+until there is a path that needs less.
 """
 
 import math
@@ -76,7 +77,7 @@ class Pursuit:
         self._search = GoalSearch(body, columns, limits, tips, rest_rad, seed)
         self._planner = PosturePlanner(body, columns, limits, seed)
         self.progress = Progress(params.stuck_s)
-        self.margin_m = params.margin_m
+        self.margin_m = self._level_m = params.margin_m
         self._tries = self._planned = self._attempts = 0
         self.drop()
 
@@ -97,9 +98,9 @@ class Pursuit:
         self.progress.restart()
 
     def change(self, params: ArmParams, speeds: Vector) -> None:
-        """Other constants; the attempt goes on with what is kept already, if that is less."""
+        """Other constants."""
         if params.margin_m != self._params.margin_m:
-            self.margin_m = params.margin_m
+            self.margin_m = self._level_m = params.margin_m
         self._params, self._speeds = params, speeds
 
     @property
@@ -141,12 +142,12 @@ class Pursuit:
     def _take_up(self, now: Situation) -> None:
         """Another goal."""
         self.drop()
-        self.margin_m = self._params.margin_m
+        self.margin_m = self._level_m = self._params.margin_m
         self.gait, self.state = Gait.REACH, ArmState.REACHING
         self._begin_search(now)
 
     def _begin_search(self, now: Situation) -> None:
-        margin, own = self.margin_m + PLANNED_BESIDE_M, self._params.self_margin_m
+        margin, own = self._level_m + PLANNED_BESIDE_M, self._params.self_margin_m
         self._search.begin(
             now.goals,
             now.world,
@@ -166,7 +167,7 @@ class Pursuit:
         self.iterations += params.goal_tries
         if found:
             self.posture = self._search.postures[0]
-        least = self.margin_m <= params.least_margin_m
+        least = self._level_m <= params.least_margin_m
         most = params.most_goal_tries if least else LEAST_TRIES
         if found >= params.enough_postures or self._tries >= most:
             self._searching = False
@@ -181,7 +182,7 @@ class Pursuit:
         if not len(self._search.postures):
             self._fail("no posture has the hand there without contact", now)
             return
-        margin, own = self.margin_m + PLANNED_BESIDE_M, self._params.self_margin_m
+        margin, own = self._level_m + PLANNED_BESIDE_M, self._params.self_margin_m
         self._planner.begin(
             now.q,
             self._search.postures,
@@ -200,6 +201,7 @@ class Pursuit:
         self.iterations += states
         if state is PlanState.FOUND:
             self._planning = False
+            self.margin_m = self._level_m
             self.way = Way(self._planner.path, self._speeds)
             self.gait, self.state, self.reason = Gait.FOLLOW, ArmState.REACHING, ""
             self.progress.restart()
@@ -212,10 +214,10 @@ class Pursuit:
         self.gait = Gait.REACH
         self._attempts += 1
         self.progress.restart()
-        if self.margin_m > self._params.least_margin_m:
-            self.margin_m = max(self._params.least_margin_m, 0.5 * self.margin_m)
+        if self._level_m > self._params.least_margin_m:
+            self._level_m = max(self._params.least_margin_m, 0.5 * self._level_m)
         else:
-            self.margin_m = self._params.margin_m
+            self._level_m = self._params.margin_m
             self.state, self.reason = ArmState.UNREACHABLE, reason
             self._retry_s = self._params.retry_s
         self._begin_search(now)

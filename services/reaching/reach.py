@@ -27,7 +27,7 @@ from services.messages import (
 )
 from services.reaching.limb import limb_model
 from services.reaching.reach_record import Recording, Sample
-from services.reaching.reach_scene import Scene, draw_scene
+from services.reaching.reach_scene import Scene, draw_scene, rotation_there
 from services.robotfile.robot_tables import RobotFile
 from services.script import TASK_TIMEOUT_S, AbandonedError, Script, ScriptedService
 from services.streams import (
@@ -154,9 +154,13 @@ class Reach(ScriptedService):
         self.scene = draw_scene(
             home_m, self._options.seed, self._options.target_m, self._options.ball
         )
-        kept = hand.hand_rotation_rad
-        self._goal = Goal(stamp_ns=0, position_m=self.scene.target_m, rotation_rad=kept)
-        self.recording.begin(self.now_ns, self.scene, rotation.matrix(kept))
+        kept = rotation.matrix(hand.hand_rotation_rad)
+        turned = rotation_there(
+            self._robot, self.scene, np.array(hand.q_rad), kept, self._options.seed
+        )
+        x, y, z = rotation.rotation_vector(turned).tolist()
+        self._goal = Goal(stamp_ns=0, position_m=self.scene.target_m, rotation_rad=(x, y, z))
+        self.recording.begin(self.now_ns, self.scene, turned)
         self.say("reaching")
         deadline_ns = self.now_ns + round(self._options.timeout_s * 1e9)
         inside_since_ns: int | None = None

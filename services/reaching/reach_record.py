@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dforc import rotation
-from dforc.capsules import arm_clearance
-from dforc.robot_model import RobotModel
+from dforc.collision.clearance import BodyClearance
+from dforc.collision.obstacles import sphere
+from services.fields.robot_body import robot_body
 from services.messages import (
     NAN3,
     CartesianStatus,
@@ -21,7 +22,6 @@ from services.messages import (
     RobotStatus,
     Vector3,
 )
-from services.reaching.limb import limb_model
 from services.reaching.reach_scene import Scene
 from services.robotfile.robot_tables import RobotFile
 
@@ -68,7 +68,7 @@ class Recording:
     def __init__(
         self, robot: RobotFile, seed: int, position_bar_m: float, orientation_bar_rad: float
     ) -> None:
-        self._model: RobotModel = limb_model(robot)
+        self._clearance = BodyClearance(robot_body(robot), robot.chain)
         self._seed = seed
         self._bars = (position_bar_m, orientation_bar_rad)
         self.joints = robot.chain
@@ -196,14 +196,15 @@ class Recording:
         if self.scene.ball_centre_m is None:
             return
         centre, radius = np.array(self.scene.ball_centre_m), self.scene.ball_radius_m
+        ball = sphere("ball", self.scene.ball_centre_m, radius)
         for truth in sample.all_truths:  # every one: a reach passes the ball between two periods
             tip = np.array(truth.tip_position_m)
             clearance = float(np.linalg.norm(tip - centre)) - radius
             self._min_clearance_m = min(self._min_clearance_m, clearance)
         tip = np.array(sample.truth.tip_position_m)
         self.trace.clearance_m.append(float(np.linalg.norm(tip - centre)) - radius)
-        origins = self._model.joint_positions(np.array(self.trace.q_rad[-1]))
-        self.trace.arm_clearance_m.append(arm_clearance(self.joints, origins, tip, centre, radius))
+        q = np.array(self.trace.q_rad[-1])
+        self.trace.arm_clearance_m.append(self._clearance.of(q, ball))
 
     def _of_chain(self, truth: PlantTruth, values: Floats) -> Floats:
         """Those of the reaching chain, out of the values of every joint of the robot."""
