@@ -30,6 +30,7 @@ AHEAD_S = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
 AHEAD_PER_S = 4.0  # how fast the way around a moving obstacle is taken up
 AHEAD_SLACK = 4.0  # this row is missed so many times before another is
 MISS_PRICE = 60.0  # m/s^2: more than any acceleration costs
+OUTWARD = 0.2  # cosine to the normal below which a way out leads through an obstacle
 SWEEPS = 8
 
 
@@ -67,7 +68,7 @@ def measure(barrier: Barrier, x: Vector, world: World) -> float:
 @compiled
 def dot(a: Vector, b: Vector) -> float:
     """Inner product of two (3,)."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 @compiled
@@ -126,7 +127,7 @@ def fill_rows(
     for i in range(len(world.kinds)):
         w = world.velocities[i]
         speed = math.sqrt(dot(w, w))
-        if barrier.distances[i] < 0.0 and dot(way_out, barrier.normals[i]) < 0.2:
+        if barrier.distances[i] < 0.0 and dot(way_out, barrier.normals[i]) < OUTWARD:
             continue
         if barrier.distances[i] < REACH_M + speed / APPROACH_PER_S:
             row = approach_row(barrier, row, i, v, world, margin)
@@ -180,7 +181,10 @@ def hold_back(barrier: Barrier, v: Vector, way_out: Vector, world: World, margin
         is_kept = True
         for i in range(len(world.kinds)):
             n, far = barrier.normals[i], barrier.distances[i]
-            if far > REACH_M or (far < 0.0 and dot(way_out, n) < 0.2):
+            # Who is inside the solid itself leaves at the pace of the acceleration.
+            if far > REACH_M or far + world.margins[i] < 0.0:
+                continue
+            if far < 0.0 and dot(way_out, n) < OUTWARD:
                 continue
             needed = dot(n, world.velocities[i])
             needed += slowest(far - HARD_SHARE * margin, HARD_APPROACH_PER_S)

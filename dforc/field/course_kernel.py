@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dforc.arrays import Matrix, Vector
-from dforc.collision.kernel_shapes import is_segment_free, world_distance
+from dforc.collision.kernel_shapes import is_segment_free, point_distance, world_distance
 from dforc.collision.obstacles import World
 from dforc.compiled import compiled
 from dforc.field.guide_kernel import (
+    CLOSED_NODES,
     EXHAUSTED,
     FOUND,
     IDLE,
@@ -33,8 +34,8 @@ from dforc.field.steer_kernel import steer, trace
 Indices = NDArray[np.int64]
 
 # Places in `marks`.
-USED, LEVEL, TRIED, COUNT, TOTAL, UNREACHABLE = 0, 1, 2, 3, 4, 5
-MARKS = 6
+USED, LEVEL, TRIED, COUNT, TOTAL, UNREACHABLE, STEPS = 0, 1, 2, 3, 4, 5, 6
+MARKS = 7
 # Columns of `levels`.
 MARGIN, SIGHT_M, CLEARANCE_M, CELL_M = 0, 1, 2, 3
 
@@ -44,12 +45,17 @@ PAD_M = 0.08  # of the grid around hand, goal and obstacles
 FARTHEST_M = 0.6  # of the grid beyond hand and goal
 LEAD_S = 0.3  # a moving obstacle is in the way where it is, and where it will be then
 LEAD_M_S = 0.03  # for slower ones that is the same
+MOST_CELLS = 3000  # of a coarse search: then a fine one decides
+BACK_AFTER = 400  # cells; a longer search is also made from the hand, which may be what is enclosed
+OBSTACLES = 10  # so many more obstacles halve the cells that a step may cost
+CARRIED_SHARE = 2.0  # clearances: nearer places of a path go with a moving obstacle
 
 
 class Course(NamedTuple):
     """A path, and the search for the next."""
 
     search: Search
+    back: Search  # from the hand
     path: Matrix  # (p, 4)
     marks: Indices  # (MARKS,)
     goal: Vector  # (3,) of the search
@@ -140,28 +146,76 @@ def start_search(course: Course, goal: Vector, x: Vector, world: World, level: i
             low[k] = min(low[k], max(basis.centres[i, k] - reach, least - FARTHEST_M))
             high[k] = max(high[k], min(basis.centres[i, k] + reach, most + FARTHEST_M))
     levels = course.levels
-    course.marks[TRIED] = level
-    lay_grid(course.search, low, high, levels[level, CELL_M])
-    begin(course.search, goal, x, basis, levels[level, CLEARANCE_M], levels[level, SIGHT_M])
+    clearance, sight, cell = (
+        levels[level, CLEARANCE_M],
+        levels[level, SIGHT_M],
+        levels[level, CELL_M],
+    )
+    course.marks[TRIED], course.marks[STEPS] = level, 0
+    lay_grid(course.search, low, high, cell)
+    begin(course.search, goal, x, basis, clearance, sight)
+    lay_grid(course.back, low, high, cell)
+    begin(course.back, x, goal, basis, clearance, sight)
 
 
 @compiled
-def go_on(course: Course, x: Vector, goal: Vector, world: World, cells: int) -> None:
+def spend(course: Course, basis: World, cells: int) -> int:
+    """Spend cells on the search; FOUND, EXHAUSTED if either end is enclosed, or SEARCHING."""
+    state = advance(course.search, basis, cells)
+    closed = course.search.counts[CLOSED_NODES]
+    if state != SEARCHING or closed < BACK_AFTER:
+        return state
+    if advance(course.back, basis, cells) == EXHAUSTED:
+        return EXHAUSTED
+    if closed > MOST_CELLS and course.marks[TRIED] + 1 < len(course.levels):
+        return EXHAUSTED
+    return SEARCHING
+
+
+@compiled
+def go_on(course: Course, x: Vector, goal: Vector, world: World, cells: int, dt: float) -> None:
     """Spend the step's cells on the search, and take over what it finds."""
     marks = course.marks
     basis = first_of(course.basis, marks[TOTAL])
-    state = advance(course.search, basis, cells)
+    marks[STEPS] += 1
+    state = spend(course, basis, max(1, cells * OBSTACLES // (OBSTACLES + len(basis.kinds))))
     if state == FOUND:
         used = trace(course.search, x, basis, course.path)
         if used == 0:  # the point has gone elsewhere meanwhile
             start_search(course, goal, x, world, marks[TRIED])
             return
         marks[USED], marks[LEVEL], marks[UNREACHABLE] = used, marks[TRIED], 0
+        carry(course, basis, marks[STEPS] * dt)
     elif state == EXHAUSTED:
         if marks[TRIED] + 1 < len(course.levels):
             start_search(course, goal, x, world, marks[TRIED] + 1)
         else:
             marks[USED], marks[UNREACHABLE] = 0, 1
+            course.search.counts[STATE] = EXHAUSTED
+
+
+@compiled
+def carry(course: Course, world: World, dt: float) -> None:
+    """Let what is close to moving obstacles on the path go with them for a while."""
+    path, marks = course.path, course.marks
+    near = CARRIED_SHARE * course.levels[marks[LEVEL], CLEARANCE_M]
+    normal = np.empty(3)
+    for i in range(len(world.kinds)):
+        w = world.velocities[i]
+        if length_between(w, np.zeros(3)) < LEAD_M_S:
+            continue
+        for j in range(marks[USED] - 1):
+            far = point_distance(
+                world.kinds[i],
+                world.sizes[i],
+                world.rotations[i],
+                world.centres[i],
+                path[j, :3],
+                normal,
+            )
+            if far - world.margins[i] < near:
+                for k in range(3):
+                    path[j, k] += dt * w[k]
 
 
 @compiled
@@ -173,7 +227,9 @@ def sees_goal(course: Course, x: Vector, goal: Vector, world: World) -> bool:
 
 
 @compiled
-def follow(course: Course, x: Vector, goal: Vector, world: World, cells: int, out: Vector) -> float:
+def follow(
+    course: Course, x: Vector, goal: Vector, world: World, cells: int, dt: float, out: Vector
+) -> float:
     """Unit vector of the way to the goal, and how far it is; inf where none is known (yet)."""
     marks, path = course.marks, course.path
     if sees_goal(course, x, goal, world):
@@ -184,8 +240,9 @@ def follow(course: Course, x: Vector, goal: Vector, world: World, cells: int, ou
         for k in range(3):
             out[k] = (goal[k] - x[k]) / length if length > 0.0 else 0.0
         return length
+    carry(course, world, dt)
     if course.search.counts[STATE] == SEARCHING:
-        go_on(course, x, goal, world, cells)
+        go_on(course, x, goal, world, cells, dt)
     length = along(course, x, goal, world, out)
     if course.search.counts[STATE] != SEARCHING:
         is_lost = length == math.inf and not marks[UNREACHABLE]

@@ -71,7 +71,15 @@ def new_search(most_nodes: int = MOST_NODES) -> Search:
 
 def frozen(world: World) -> World:
     """A copy of the obstacles as they are now."""
-    return World(*(values.copy() for values in world))
+    return World(
+        kinds=world.kinds.copy(),
+        sizes=world.sizes.copy(),
+        rotations=world.rotations.copy(),
+        centres=world.centres.copy(),
+        velocities=world.velocities.copy(),
+        margins=world.margins.copy(),
+        reaches=world.reaches.copy(),
+    )
 
 
 class Guide:

@@ -114,7 +114,7 @@ def touch(search: Search, node: int, world: World) -> int:
         is_free = search.rooms[node] >= search.numbers[CLEARANCE]
         search.states[node] = FREE if is_free else BLOCKED
         search.costs[node] = math.inf
-    return search.states[node]
+    return int(search.states[node])
 
 
 @compiled
@@ -262,4 +262,4 @@ def advance(search: Search, world: World, cells: int) -> int:
             continue
         meet_hand(search, node, place, world)
         spread(search, node, world)
-    return counts[STATE]
+    return int(counts[STATE])

@@ -41,4 +41,4 @@ def pop(heap: Indices, keys: Vector, ranks: Indices, size: int) -> int:
         rank = below
     heap[rank] = node
     ranks[node] = rank
-    return first
+    return int(first)

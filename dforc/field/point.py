@@ -65,9 +65,9 @@ class PointParams:
     acceleration_m_s2: float = 3.0
     hard_acceleration_m_s2: float = 15.0  # before an obstacle
     jerk_m_s3: float = 20.0
-    smoothing_s: float = 0.04
+    smoothing_s: float = 0.06
     arrived_m: float = 0.002
-    cells: int = 100  # of the search per step: about 0.7 ms
+    cells: int = 100  # of the search per step among few obstacles: about 0.7 ms
 
     def __post_init__(self) -> None:
         """Refuse constants that are no positive numbers."""
@@ -118,6 +118,7 @@ def new_point(params: PointParams, most: int, most_nodes: int = MOST_NODES) -> k
     room = 2 * most
     course = Course(
         search=new_search(most_nodes),
+        back=new_search(most_nodes),
         path=np.zeros((MOST_PLACES, 4)),
         marks=np.zeros(MARKS, dtype=np.int64),
         goal=np.full(3, np.inf),
@@ -132,9 +133,14 @@ def new_point(params: PointParams, most: int, most_nodes: int = MOST_NODES) -> k
         ),
         levels=levels,
     )
-    vectors = [np.zeros(3) for _ in range(7)]
     return kernel.Point(
-        *vectors,
+        x=np.zeros(3),
+        v=np.zeros(3),
+        wanted=np.zeros(3),
+        given=np.zeros(3),
+        nominal=np.zeros(3),
+        aim=np.zeros(3),
+        way_out=np.zeros(3),
         figures=np.full(2, np.inf),
         status=np.zeros(1, dtype=np.int64),
         course=course,

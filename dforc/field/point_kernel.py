@@ -105,15 +105,15 @@ def margin_here(point: Point, world: World, law: Law) -> float:
     margin = course.levels[course.marks[LEVEL], MARGIN]
     room = world_distance(point.aim, world) - NEAR_M
     room += NEAR_SHARE * length_between(point.aim, point.x)
-    return min(margin, max(law.tightest, room))
+    return float(min(margin, max(law.tightest, room)))
 
 
 @compiled
-def set_nominal(point: Point, velocity: Vector, world: World, law: Law) -> None:
+def set_nominal(point: Point, velocity: Vector, world: World, law: Law, dt: float) -> None:
     """The velocity that the field wants, not looking at what is near."""
     nominal, course = point.nominal, point.course
     direction = np.empty(3)
-    length = follow(course, point.x, point.aim, world, law.cells, direction)
+    length = follow(course, point.x, point.aim, world, law.cells, dt, direction)
     point.figures[1] = length
     if length == math.inf:
         if course.marks[UNREACHABLE]:
@@ -206,7 +206,7 @@ def step(
     else:
         point.way_out[:] = 0.0
         is_goal = choose_aim(point, goal, velocity, world, law)
-        set_nominal(point, velocity, world, law)
+        set_nominal(point, velocity, world, law, dt)
         margin = margin_here(point, world, law)
         status = status_of(point, is_goal, law)
     want(point, law, dt)

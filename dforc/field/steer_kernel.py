@@ -94,7 +94,7 @@ def steer(path: Matrix, used: int, x: Vector, world: World, sight: float, out: V
     length = length_between(x, ahead)
     for k in range(3):
         out[k] = (ahead[k] - x[k]) / length if length > 0.0 else 0.0
-    return length + (1.0 - share) * leg + path[last, 3]
+    return length + (1.0 - share) * leg + float(path[last, 3])
 
 
 @compiled

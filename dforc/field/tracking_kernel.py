@@ -131,7 +131,7 @@ def evidence(track: Track, y: Vector, W: Matrix, dt: float) -> float:
     # Variance of the mean of white ones, as a share of one's: it begins at 0.
     keep = (1.0 - share) ** 2
     numbers[DRIFT_TIME] = keep * numbers[DRIFT_TIME] + share * share
-    return square_in(track.drift, W) / (3.0 * numbers[DRIFT_TIME])
+    return float(square_in(track.drift, W) / (3.0 * numbers[DRIFT_TIME]))
 
 
 @compiled
