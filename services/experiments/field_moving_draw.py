@@ -35,7 +35,8 @@ def moving_scene(
     rng: np.random.Generator, speed_m_s: float, noise_m: float = NOISE_M
 ) -> MovingScene:
     """One run with an obstacle that falls at some speed."""
-    t = PERIOD_S * np.arange(round(LASTS_S / PERIOD_S) + 1)
+    count = round(LASTS_S / PERIOD_S)
+    t = np.linspace(0.0, PERIOD_S * count, count + 1)
     heading = rng.uniform(0.0, 2.0 * np.pi)
     way = rng.uniform(*LENGTH_M) * np.array([np.cos(heading), np.sin(heading), 0.0])
     way[2] = rng.uniform(-RISE_M, RISE_M)
