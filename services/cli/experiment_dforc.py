@@ -44,4 +44,32 @@ def dforc_scenes(
     )
 
 
-VERBS = (dforc_scenes,)
+def dforc_fig6(
+    *,
+    seed: int = 0,
+    runs: int = 10,
+    short: bool = False,
+    json_file: Json = None,
+    plot: Path = Path("dforc-fig6.png"),
+) -> int:
+    """Figure 6: a hand follows a moving ball past a descending one, both seen with noise.
+
+    With the paper's field and constants, and with this project's on the same runs; behind the
+    virtual point an arm that does what the Cartesian controller says.
+
+    Example: ulna experiment dforc-fig6 --seed 3 --plot trails.png
+
+    Args:
+        seed: draws the balls' ways and the noise.
+        runs: with one seed after another; the plot shows the first.
+        short: two runs.
+        json_file: write every value there.
+        plot: write the four trails there.
+    """
+    check(runs, json_file, plot)
+    from services.experiments import field_fig6 as experiment
+
+    return experiment.dforc_fig6(seed=seed, runs=runs, short=short, json=json_file, plot=plot)
+
+
+VERBS = (dforc_scenes, dforc_fig6)
