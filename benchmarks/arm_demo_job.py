@@ -44,6 +44,7 @@ class Shown:
     times_s: list[float] = field(default_factory=list)
     verdict: Verdict = field(default_factory=Verdict)
     states: dict[str, int] = field(default_factory=dict)
+    faults: tuple[str, ...] = ()  # that the HAL met by itself, such as a joint near its limit
     failure: str = ""
 
 
@@ -156,6 +157,13 @@ class ArmDemo(Reach):
     def _time_s(self, at_ns: int) -> float:
         return (at_ns - self._begun_ns) * 1e-9
 
+    def _check(self) -> None:
+        """Stop early when the robot fails; a joint that was made stiff is noted, and goes on."""
+        self.shown.faults = self.status().faults
+        if not self.shown.faults or self.status().phase == "failed":
+            super()._check()
+
     def _fail(self, reason: str) -> Script:
+        self._begun_ns = 0
         self.shown.failure = reason
         yield from super()._fail(reason)
