@@ -55,14 +55,14 @@ def point(given: Given) -> "list[Row]":
     """A bare point among balls and in the hard families, every mode."""
     from services.experiments.field_point_scenes import point_scene_rows
 
-    return point_scene_rows(given.short)
+    return point_scene_rows(given.short, given.seed)
 
 
 def moving(given: Given) -> "list[Row]":
     """A target that moves, an obstacle that descends, noise on both."""
     from services.experiments.field_moving import moving_rows
 
-    return moving_rows(given.short)
+    return moving_rows(given.short, given.seed)
 
 
 def arm(given: Given) -> "list[Row]":

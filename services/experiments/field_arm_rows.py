@@ -61,7 +61,7 @@ def percent(found: Sequence[Outcome], holds: Callable[[Outcome], bool]) -> float
 def rate_rows(found: Found) -> list[Row]:
     """Reached and touched, by kind of scene and law."""
     rows = []
-    for (kind, law), outcomes in sorted(found.items(), key=_order):
+    for (kind, law), outcomes in in_order(found):
         if law == EMPTY:
             continue
         what = f"{_scenes(kind, len(outcomes))}, {law}"
@@ -152,6 +152,11 @@ def answer_rows(found: Found) -> list[Row]:
             ),
         ]
     return rows
+
+
+def in_order(found: Found) -> list[tuple[tuple[str, str], list[Outcome]]]:
+    """Kinds of scenes as they are listed, and the laws in theirs."""
+    return sorted(found.items(), key=_order)
 
 
 def _scenes(kind: str, count: int) -> str:

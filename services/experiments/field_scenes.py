@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from rich.console import Console
+from rich.table import Table
 
 from services.core.errors import ConfigError
 from services.experiments.field_arm_jobs import replay, scene_of, setting_for
@@ -20,8 +21,9 @@ from services.experiments.field_arm_rows import (
     tick_rows,
 )
 from services.experiments.field_scenes_plot import draw
+from services.experiments.field_scenes_table import arm_table
 from services.experiments.reporting import working
-from services.experiments.rows import Row, publish
+from services.experiments.rows import Row, publish, write
 
 POINT, ARM, ALL = "point", "arm", "all"
 LEVELS = (POINT, ARM, ALL)
@@ -54,20 +56,27 @@ def dforc_scenes(
     count = SHORT_SCENES if short else scenes
     console = Console()
     rows: list[Row] = []
+    tables: list[Table] = []
     with working(console, f"scenes, seed {seed}") as tell:
         if level in (POINT, ALL):
             from services.experiments.field_point_scenes import point_scene_rows
 
             tell("bare point")
-            rows += point_scene_rows(short)
+            rows += point_scene_rows(short, seed)
         if level in (ARM, ALL):
             found = gather(RANDOM, ("empty", *LAWS), count, seed, tell)
             hard = gather(HARD, LAWS, min(count, HARD_SCENES), seed, tell)
             changing = gather(CHANGES, CHANGE_LAWS, min(count, HARD_SCENES), seed, tell)
             found |= hard | changing
             rows += rate_rows(found) + tick_rows(found) + answer_rows(found)
+            tables.append(arm_table(found, seed))
             _draw(found, seed, plot)
-    status = publish(f"scenes of the force fields, seed {seed}", rows, json)
+    for table in tables:
+        console.print(table)
+    barred = [row for row in rows if row.holds is not None or "whole arm, " not in row.name]
+    status = publish(f"scenes of the force fields, seed {seed}", barred, None)
+    if json is not None:
+        write(rows, json)
     console.print(EXPLANATION)
     if level in (ARM, ALL):
         console.print(f"plot: {plot}")
