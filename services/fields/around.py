@@ -41,6 +41,7 @@ class BodyReading:
     """The whole body's joints as measured. A part that is not heard stays where it was last."""
 
     def __init__(self, robot: RobotFile, body: Body) -> None:
+        self.body = body
         self._parts = {
             part: body.columns([joint for joint in joints if joint in body.joints])
             for part, joints in robot.parts.items()

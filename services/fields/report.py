@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import numpy as np
 
 from dforc import rotation
@@ -14,6 +15,7 @@ from services.fields.messages import FieldState, FieldStatus
 from services.fields.mode import Goals, HandPoint, Motion, Surroundings
 from services.fields.preview import goal_distance_m
 from services.fields.seen import SeenObject
+from services.fields.sources import find_object
 from services.messages import NAN3, Vector3
 from services.reaching.tip_poses import vector3
 
@@ -70,16 +72,21 @@ def field_states(
     forces = {}
     if driver.law is not None:
         forces = driver.law.forces(driver.asked, around)
+    followed = None
+    if driver.goal is not None and driver.goal.message.follow:
+        followed = find_object(seen, driver.goal.message.follow)
     states = []
     if driver.asked is not None and hands:
-        states.append(_goal_state(driver, hands, forces.get(GOAL, math.nan)))
+        states.append(_goal_state(driver, hands, followed, forces.get(GOAL, math.nan)))
     distances = surface_distances(hands, around) if hands else []
     acting = {
         (one.source, one.name): distance
         for one, distance in zip(around.obstacles, distances, strict=False)
     }
     states += [
-        _object_state(one, hands, acting.get((one.source, one.name)), forces) for one in seen
+        _object_state(one, hands, acting.get((one.source, one.name)), forces)
+        for one in seen
+        if one is not followed or driver.asked is None
     ]
     if driver.motion is not None and driver.motion.q_rad is not None:
         states.append(_limit_state(limb, driver.motion))
@@ -95,20 +102,30 @@ def goal_place(goal: ActiveGoal | None, goals: Goals | None) -> Vector3:
     return goal.message.position_m
 
 
-def _goal_state(driver: PointDriver, hands: tuple[HandPoint, ...], force_n: float) -> FieldState:
+def _goal_state(
+    driver: PointDriver, hands: tuple[HandPoint, ...], followed: SeenObject | None, force_n: float
+) -> FieldState:
     goal = driver.asked[0] if driver.asked else None
-    followed = "" if driver.goal is None else driver.goal.message.follow
     if goal is None:
         return FieldState(name=GOAL, kind="target", on=False, distance_m=math.nan, force_n=math.nan)
-    return FieldState(
-        name=followed or GOAL,
+    plain = FieldState(
+        name=GOAL,
         kind="target",
         on=True,
         distance_m=math.dist(goal.position_m, hands[0].position_m),
         force_n=force_n,
         position_m=vector3(goal.position_m),
         velocity_m_s=vector3(goal.velocity_m_s),
-        note="followed" if followed else "",
+    )
+    if followed is None:
+        return plain
+    return msgspec.structs.replace(
+        plain,
+        name=followed.name,
+        sigma_m=followed.sigma_m,
+        age_s=followed.age_s,
+        source=followed.source,
+        note="followed",
     )
 
 

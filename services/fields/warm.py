@@ -2,6 +2,9 @@
 
 import numpy as np
 
+from dforc.arrays import Vector
+from dforc.collision.obstacles import World
+from dforc.virtual_arm.planner import PlanState, PosturePlanner
 from services.core.clock import NS_PER_MS
 from services.core.errors import ServiceError
 from services.fields.around import BodyReading, around_limb
@@ -14,7 +17,9 @@ from services.messages import Objects, Vector3, WorldObject
 from services.reaching.tip_poses import vector3
 
 AWAY_M = np.array([-0.15, 0.0, 0.0])
-STEPS = 60  # enough for a mode that plans to begin to
+STEPS = 60  # until an arm that stands before the wall looks for a way
+PLANNED = 100
+BENT_RAD = 0.3
 WALL_M = (0.02, 0.3, 0.3)
 
 
@@ -33,6 +38,17 @@ def warm_modes(driver: PointDriver, limb: FieldLimb, body: BodyReading) -> None:
         law.begin(start)
         for _ in range(STEPS):
             law.step(goals, around, 0.0)
+    _warm_planner(limb, body, start.q_rad, around.world)
+
+
+def _warm_planner(limb: FieldLimb, body: BodyReading, q_rad: Vector, world: World) -> None:
+    """It is seldom needed, and would be compiled when it is."""
+    limits = limb.problem.limits
+    planner = PosturePlanner(body.body, body.body.columns(limb.shape.joints), limits)
+    goal = limits.project(q_rad + BENT_RAD)
+    planner.begin(q_rad, goal[None], world, body.q_rad, 0.0, 0.0)
+    while planner.advance(PLANNED) is PlanState.SEARCHING:
+        pass
 
 
 def noisy_wall(place_m: Vector3) -> Sources:
