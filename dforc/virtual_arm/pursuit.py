@@ -116,11 +116,7 @@ class Pursuit:
     ) -> None:
         """Decide what this step does; `errors` (m, rad) are of the hands that have a goal."""
         self.iterations = 0
-        if self._goals is None or _is_beyond(self._goals, now.goals, JUMPED_M, JUMPED_RAD):
-            self._take_up(now)
-        elif self._searched and _is_beyond(self._searched, now.goals, MOVED_M, TURNED_RAD):
-            self._begin_search(now)
-        self._goals = now.goals
+        self._take_goals(now)
         if self._searching:
             self._go_on_searching()
         if self._planning:
@@ -128,8 +124,10 @@ class Pursuit:
             return
         if self.gait is Gait.FOLLOW:
             self._look_along_the_way(now)
-        if self._is_there(errors):
+        if self._is_there(errors, now):
             self.state = ArmState.ARRIVED
+            if self.gait is Gait.STAND:
+                self.gait = Gait.REACH
             return
         known = self.state is ArmState.UNREACHABLE
         if self.state is ArmState.ARRIVED or (known and self.progress.is_advancing):
@@ -138,6 +136,14 @@ class Pursuit:
             self._retry_s -= period_s
         elif self.progress.is_stuck:
             self._find_a_way(now)
+
+    def _take_goals(self, now: Situation) -> None:
+        """Another goal, or one that has moved on."""
+        if self._goals is None or _is_beyond(self._goals, now.goals, JUMPED_M, JUMPED_RAD):
+            self._take_up(now)
+        elif self._searched and _is_beyond(self._searched, now.goals, MOVED_M, TURNED_RAD):
+            self._begin_search(now)
+        self._goals = now.goals
 
     def _take_up(self, now: Situation) -> None:
         """Another goal."""
@@ -215,7 +221,7 @@ class Pursuit:
         self._attempts += 1
         self.progress.restart()
         if self._level_m > self._params.least_margin_m:
-            self._level_m = max(self._params.least_margin_m, 0.5 * self._level_m)
+            self._lower_level()
         else:
             self._level_m = self._params.margin_m
             self.state, self.reason = ArmState.UNREACHABLE, reason
@@ -239,7 +245,7 @@ class Pursuit:
             ):
                 self._find_a_way(now)
 
-    def _is_there(self, errors: Sequence[tuple[float, float]]) -> bool:
+    def _is_there(self, errors: Sequence[tuple[float, float]], now: Situation) -> bool:
         """Whether the hands are at the goal, as far as any posture found has them there."""
         params = self._params
         off_m = max((error[0] for error in errors), default=0.0)
@@ -249,11 +255,21 @@ class Pursuit:
         if off_rad <= params.orientation_tolerance_rad:
             self.reason = ""
             return True
-        best_rad = self._search.orientation_error_rad if self.posture is not None else math.inf
-        if not self._searching and off_rad <= best_rad + params.orientation_tolerance_rad:
-            self.reason = f"no posture has this orientation: {math.degrees(off_rad):.1f} deg away"
-            return True
-        return False
+        if self._searching:
+            return False
+        found = len(self._search.postures) > 0
+        best_rad = self._search.orientation_error_rad if found else math.inf
+        if off_rad > best_rad + params.orientation_tolerance_rad:
+            return False
+        if self._level_m > params.least_margin_m and len(now.world.kinds):
+            self._lower_level()
+            self._begin_search(now)
+            return False
+        self.reason = f"no posture has this orientation: {math.degrees(off_rad):.1f} deg away"
+        return True
+
+    def _lower_level(self) -> None:
+        self._level_m = max(self._params.least_margin_m, 0.5 * self._level_m)
 
 
 def _is_beyond(before: Goals, now: Goals, far_m: float, far_rad: float) -> bool:
