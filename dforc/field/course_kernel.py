@@ -34,18 +34,18 @@ from dforc.field.steer_kernel import steer, trace
 Indices = NDArray[np.int64]
 
 # Places in `marks`.
-USED, LEVEL, TRIED, COUNT, TOTAL, UNREACHABLE, STEPS = 0, 1, 2, 3, 4, 5, 6
-MARKS = 7
+USED, LEVEL, TRIED, COUNT, TOTAL, UNREACHABLE, STEPS, CUT = 0, 1, 2, 3, 4, 5, 6, 7
+MARKS = 8
 # Columns of `levels`.
-MARGIN, SIGHT_M, CLEARANCE_M, CELL_M = 0, 1, 2, 3
+MARGIN, SIGHT_M, CLEARANCE_M, CELL_M, FARTHEST_M = 0, 1, 2, 3, 4
 
 STALE_M = 0.004  # what may move that far without a new search
 STALE_TURN = 0.02  # change of an entry of an obstacle's rotation
 PAD_M = 0.08  # of the grid around hand, goal and obstacles
-FARTHEST_M = 0.6  # of the grid beyond hand and goal
 LEAD_S = 0.3  # a moving obstacle is in the way where it is, and where it will be then
 LEAD_M_S = 0.03  # for slower ones that is the same
-MOST_CELLS = 3000  # of a coarse search: then a fine one decides
+MOST_CELLS = 6000  # of a search: then a finer one is tried first
+NOT_CUT, WAS_CUT, UNCUT = 0, 1, 2  # CUT: none was, one was, and this one will not be
 BACK_AFTER = 400  # cells; a longer search is also made from the hand, which may be what is enclosed
 OBSTACLES = 10  # so many more obstacles halve the cells that a step may cost
 CARRIED_SHARE = 2.0  # clearances: nearer places of a path go with a moving obstacle
@@ -60,7 +60,8 @@ class Course(NamedTuple):
     marks: Indices  # (MARKS,)
     goal: Vector  # (3,) of the search
     basis: World  # room for 2 m obstacles: as the search knows them, then where they will be
-    levels: Matrix  # (levels, 4) margin of the barrier, sight, clearance and cell [m]
+    # (levels, 5) margin of the barrier, sight, clearance, cell, and the grid beyond both ends [m]
+    levels: Matrix
 
 
 @compiled
@@ -137,15 +138,15 @@ def start_search(course: Course, goal: Vector, x: Vector, world: World, level: i
     """Look for a way with the clearance of a level."""
     freeze(course, goal, x, world)
     basis = first_of(course.basis, course.marks[TOTAL])
-    low, high = np.empty(3), np.empty(3)
+    levels, low, high = course.levels, np.empty(3), np.empty(3)
+    farthest = levels[level, FARTHEST_M]
     for k in range(3):
         least, most = min(goal[k], x[k]), max(goal[k], x[k])
         low[k], high[k] = least - PAD_M, most + PAD_M
         for i in range(len(basis.kinds)):
             reach = basis.reaches[i] + basis.margins[i] + PAD_M
-            low[k] = min(low[k], max(basis.centres[i, k] - reach, least - FARTHEST_M))
-            high[k] = max(high[k], min(basis.centres[i, k] + reach, most + FARTHEST_M))
-    levels = course.levels
+            low[k] = min(low[k], max(basis.centres[i, k] - reach, least - farthest))
+            high[k] = max(high[k], min(basis.centres[i, k] + reach, most + farthest))
     clearance, sight, cell = (
         levels[level, CLEARANCE_M],
         levels[level, SIGHT_M],
@@ -167,7 +168,8 @@ def spend(course: Course, basis: World, cells: int) -> int:
         return state
     if advance(course.back, basis, cells) == EXHAUSTED:
         return EXHAUSTED
-    if closed > MOST_CELLS and course.marks[TRIED] + 1 < len(course.levels):
+    if closed > MOST_CELLS and course.marks[CUT] != UNCUT:
+        course.marks[CUT] = WAS_CUT
         return EXHAUSTED
     return SEARCHING
 
@@ -187,8 +189,11 @@ def go_on(course: Course, x: Vector, goal: Vector, world: World, cells: int, dt:
         marks[USED], marks[LEVEL], marks[UNREACHABLE] = used, marks[TRIED], 0
         carry(course, basis, marks[STEPS] * dt)
     elif state == EXHAUSTED:
-        if marks[TRIED] + 1 < len(course.levels):
+        if marks[CUT] != UNCUT and marks[TRIED] + 1 < len(course.levels):
             start_search(course, goal, x, world, marks[TRIED] + 1)
+        elif marks[CUT] == WAS_CUT:
+            marks[CUT] = UNCUT
+            start_search(course, goal, x, world, 0)
         else:
             marks[USED], marks[UNREACHABLE] = 0, 1
             course.search.counts[STATE] = EXHAUSTED
@@ -247,6 +252,7 @@ def follow(
     if course.search.counts[STATE] != SEARCHING:
         is_lost = length == math.inf and not marks[UNREACHABLE]
         if is_lost or is_stale(course, goal, world):
+            marks[CUT] = NOT_CUT
             start_search(course, goal, x, world, 0)
     return length
 

@@ -24,12 +24,13 @@ Indices = NDArray[np.int64]
 ORIGIN, CELL, CLEARANCE, SIGHT, GOAL, HAND, BEST = 0, 3, 4, 5, 6, 9, 12
 NUMBERS = 13
 # Places in `counts`.
-SIZE, RUN, WAITING, STATE, CLOSED_NODES = 0, 3, 4, 5, 6
-COUNTS = 7
+SIZE, RUN, WAITING, STATE, CLOSED_NODES, SEEN = 0, 3, 4, 5, 6, 7
+COUNTS = 8
 
 IDLE, SEARCHING, FOUND, EXHAUSTED = 0, 1, 2, 3  # STATE
 BLOCKED, FREE, OPEN, CLOSED = 0, 1, 2, 3  # of a node that this search has touched
 AT_GOAL = -1  # parent of nodes that see the goal
+NOBODY = -2
 NEAR_CELLS = 2  # nodes around an end, each way, that may be joined to it
 ROUNDING_M = 1e-9
 
@@ -144,7 +145,13 @@ def begin(
     numbers[CLEARANCE], numbers[SIGHT], numbers[BEST] = clearance, sight, math.inf
     counts[RUN] += 1
     counts[WAITING], counts[CLOSED_NODES], counts[STATE] = 0, 0, SEARCHING
+    counts[SEEN] = NOBODY
     spare = sight_from(goal, world, sight)
+    both = min(spare, sight_from(hand, world, sight))
+    if spare < 0.0 or (both >= 0.0 and is_segment_free(goal, hand, world, both)):
+        if spare >= 0.0:
+            counts[SEEN], numbers[BEST] = AT_GOAL, length_between(goal, hand)
+        return  # with no node to look at: the next step ends the search
     place = search.ends[0]
     (i0, i1), (j0, j1) = range_around(search, goal, 0), range_around(search, goal, 1)
     k0, k1 = range_around(search, goal, 2)
@@ -225,18 +232,15 @@ def spread(search: Search, node: int, world: World) -> None:
 
 
 @compiled
-def meet_hand(search: Search, node: int, place: Vector, world: World) -> None:
-    """Join the hand to a closed node near it."""
+def meet_hand(search: Search, node: int, place: Vector, world: World, spare: float) -> None:
+    """Join the hand to a closed node that it sees."""
     numbers = search.numbers
     hand = numbers[HAND : HAND + 3]
-    for k in range(3):
-        if abs(place[k] - hand[k]) > NEAR_CELLS * numbers[CELL]:
-            return
     total = search.costs[node] + length_between(place, hand)
-    if total >= numbers[BEST]:
+    if spare < 0.0 or total >= numbers[BEST]:
         return
-    if is_segment_free(place, hand, world, sight_from(hand, world, numbers[SIGHT])):
-        numbers[BEST] = total
+    if is_segment_free(place, hand, world, spare):
+        numbers[BEST], search.counts[SEEN] = total, node
 
 
 @compiled
@@ -244,6 +248,7 @@ def advance(search: Search, world: World, cells: int) -> int:
     """Close up to so many nodes; the state of the search."""
     counts = search.counts
     place = np.empty(3)
+    spare = sight_from(search.numbers[HAND : HAND + 3], world, search.numbers[SIGHT])
     for _ in range(cells):
         if counts[STATE] != SEARCHING:
             break
@@ -260,6 +265,6 @@ def advance(search: Search, world: World, cells: int) -> int:
         if search.costs[node] == math.inf:
             search.states[node] = FREE
             continue
-        meet_hand(search, node, place, world)
+        meet_hand(search, node, place, world, spare)
         spread(search, node, world)
     return int(counts[STATE])

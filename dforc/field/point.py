@@ -27,10 +27,11 @@ from dforc.field.guide_kernel import IDLE, STATE
 
 FIRST_ROOM = 16  # obstacles; more make it grow
 
-# Margin of the barrier as a share of the law's; then sight and clearance as shares of that; cell.
+# Margin of the barrier as a share of the law's, cell of the grid, and how far that goes beyond the
+# point and the goal [m]. Sight and clearance are shares of the margin.
 # Sight is what lines of the way keep, more than the margin so that the barrier does not push the
 # point off them; clearance is what the nodes keep, so that they see each other past a corner.
-LEVELS = ((1.0, 0.02), (0.5, 0.01), (0.0, 0.0075))
+LEVELS = ((1.0, 0.02, 0.6), (0.5, 0.01, 0.3), (0.0, 0.0075, 0.2))
 SIGHT_SHARE, CLEARANCE_SHARE = 1.2, 1.5
 
 
@@ -111,10 +112,10 @@ def law_of(params: PointParams) -> kernel.Law:
 
 def new_point(params: PointParams, most: int, most_nodes: int = MOST_NODES) -> kernel.Point:
     """Room for a point among so many obstacles."""
-    levels = np.zeros((len(LEVELS), 4))
-    for level, (share, cell) in zip(levels, LEVELS, strict=True):
+    levels = np.zeros((len(LEVELS), 5))
+    for level, (share, cell, beyond) in zip(levels, LEVELS, strict=True):
         margin = max(share * params.margin_m, params.tightest_m)
-        level[:] = margin, SIGHT_SHARE * margin, CLEARANCE_SHARE * margin, cell
+        level[:] = margin, SIGHT_SHARE * margin, CLEARANCE_SHARE * margin, cell, beyond
     room = 2 * most
     course = Course(
         search=new_search(most_nodes),

@@ -15,7 +15,9 @@ from dforc.compiled import compiled
 from dforc.field.guide_kernel import (
     AT_GOAL,
     CLOSED,
+    NOBODY,
     RUN,
+    SEEN,
     SIGHT,
     SIZE,
     Search,
@@ -30,11 +32,17 @@ HALVINGS = 10  # of the leg that is seen in part
 
 @compiled
 def nearest_node(search: Search, x: Vector, world: World) -> int:
-    """The closed node near a place, and seen from it, with the shortest way to the goal; or -2."""
+    """The closed node that a place sees with the shortest way to the goal; or NOBODY."""
     counts = search.counts
     spare = sight_from(x, world, search.numbers[SIGHT])
-    best, least = -2, math.inf
+    best, least = NOBODY, math.inf
     place = np.empty(3)
+    seen = counts[SEEN]
+    if seen >= AT_GOAL:  # the node that the hand saw may be seen from here, too
+        place_of(search, seen, place)
+        if is_segment_free(place, x, world, min(spare, sight_from(place, world, spare))):
+            best, least = seen, length_between(place, x)
+            least += 0.0 if seen == AT_GOAL else search.costs[seen]
     (i0, i1), (j0, j1) = range_around(search, x, 0), range_around(search, x, 1)
     k0, k1 = range_around(search, x, 2)
     for i in range(i0, i1):
@@ -71,7 +79,7 @@ def trace(search: Search, x: Vector, world: World, path: Matrix) -> int:
 def steer(path: Matrix, used: int, x: Vector, world: World, sight: float, out: Vector) -> float:
     """Unit vector to the farthest place on a path that is seen, and the way to go; inf if none."""
     spare = sight_from(x, world, sight)
-    seen = used - 1
+    seen = used - 1 if spare >= 0.0 else -1
     while seen >= 0:
         # The goal may be nearer to an obstacle than the string is.
         needed = spare
