@@ -104,9 +104,7 @@ class Body:
             if element.parent >= joint:
                 raise BodyError(f"joint {joints[joint]!r} stands before {joints[element.parent]!r}")
         align = [rotation_onto(element.axis) for element in tree]
-        turns, places = zip(
-            *(_aligned(one, align, align[j]) for j, one in enumerate(tree)), strict=True
-        )
+        placed = [_aligned(one, align, own) for one, own in zip(tree, align, strict=True)]
         carried = [_aligned(one, align, np.eye(3)) for one in held]
         on_links, on_tips = carried[: len(names)], carried[len(names) :]
         ends = [
@@ -123,8 +121,8 @@ class Body:
         ]
         arrays = BodyArrays(
             parents=np.array([one.parent for one in tree], dtype=np.int64),
-            turns=np.array(turns, dtype=np.float64).reshape(-1, 9),
-            places=np.array(places, dtype=np.float64).reshape(-1, 3),
+            turns=np.array([R for R, _ in placed], dtype=np.float64).reshape(-1, 9),
+            places=np.array([p for _, p in placed], dtype=np.float64).reshape(-1, 3),
             carriers=carriers,
             starts=np.array([a for a, _ in ends], dtype=np.float64).reshape(-1, 3),
             ends=np.array([b for _, b in ends], dtype=np.float64).reshape(-1, 3),

@@ -69,17 +69,17 @@ def _whole_body(robot: RobotFile, joints: tuple[str, ...], tips: tuple[str, ...]
     if file is None or file.urdf != robot.robot.urdf:
         capsules = _between_joints(urdf)
         return Body.make(str(urdf), joints, capsules, tips, _touching(urdf, joints, capsules))
-    capsules = [
-        BodyCapsule(
-            name=row.name,
-            link=row.link,
-            start_m=row.start_m,
-            end_m=row.end_m,
-            radius_m=row.radius_m,
-        )
-        for row in file.capsules
-    ]
     try:
+        capsules = [
+            BodyCapsule(
+                name=row.name,
+                link=row.link,
+                start_m=row.start_m,
+                end_m=row.end_m,
+                radius_m=row.radius_m,
+            )
+            for row in file.capsules
+        ]
         return Body.make(str(urdf), joints, capsules, tips, file.always_near)
     except DforcError as error:
         raise ConfigError(f"{path}: {error}") from error

@@ -6,6 +6,7 @@ import numpy as np
 from dforc.arrays import Matrix, Vector
 from dforc.collision.body import Body, BodyCapsule
 from dforc.collision.kernel_body import proximities
+from dforc.collision.kernel_segments import own_segment
 from dforc.collision.obstacles import Obstacle, Triple, World, box, cylinder, ellipsoid, sphere
 from dforc.rotation import matrix
 
@@ -81,6 +82,14 @@ def random_obstacles(count: int, seed: int) -> list[Obstacle]:
             )[number % 4]
         )
     return made
+
+
+def along(
+    kind: int, size: Vector, a: Vector, b: Vector, enough: float = 1e300
+) -> tuple[float, float, Vector]:
+    """Distance, share and normal of the segment a to b from a solid."""
+    far, share, *n = own_segment(kind, *np.concatenate([size, a, b, [enough]]).tolist())
+    return far, share, np.array(n)
 
 
 class Room:

@@ -8,7 +8,7 @@ import pytest
 from dforc.collision.body import Body, BodyError
 from dforc.collision.kernel_body import clearance, place_body, tip_jacobian, tip_pose
 from dforc.collision.kernel_nearness import normal_between
-from dforc.collision.kernel_segments import own_segment, segments_apart
+from dforc.collision.kernel_segments import segments_apart
 from dforc.collision.obstacles import World, sphere, world_of
 from dforc.robot_model import ModelError, RobotModel
 from tests.dforc.collision.bodies import (
@@ -21,6 +21,7 @@ from tests.dforc.collision.bodies import (
     TORSO,
     URDF,
     Room,
+    along,
     hanging,
     make_body,
     random_obstacles,
@@ -85,7 +86,7 @@ def test_clearance_is_the_smallest_of_all_distances_one_by_one(body: Body, world
     for q in random_postures(40, seed=4):
         found = least(room, q, world)
         apart = [
-            segments_apart(*room.segments[i], *room.segments[j])[0]
+            segments_apart(*room.segments[[i, j]].ravel().tolist())[0]
             - arrays.radii[i]
             - arrays.radii[j]
             - 0.03
@@ -95,7 +96,7 @@ def test_clearance_is_the_smallest_of_all_distances_one_by_one(body: Body, world
             for o in range(len(world.kinds)):
                 R = world.rotations[o].reshape(3, 3)
                 a, b = (room.segments[i].reshape(2, 3) - world.centres[o]) @ R
-                far = own_segment(world.kinds[o], *world.sizes[o], *a, *b, 1e300)[0]
+                far = along(int(world.kinds[o]), world.sizes[o], a, b)[0]
                 apart.append(far - arrays.radii[i] - world.margins[o] - 0.02)
         assert found == pytest.approx(min(apart), abs=1e-12)
 

@@ -76,12 +76,14 @@ def exact_distance(axes: Vector, x: Vector) -> float:
         near = [
             a * b / (u + g) if b > 0 else Decimal(0) for a, b, g in zip(r, y, over, strict=True)
         ]
-        missing = 1 - sum((p / a) ** 2 for p, a in zip(near, r, strict=True))
+        missing = 1 - sum(((p / a) ** 2 for p, a in zip(near, r, strict=True)), Decimal(0))
         if u == 0 and missing > 0:
             smallest = over.index(Decimal(0))
             near[smallest] = r[smallest] * missing.sqrt()
-        away = sum((p - abs(Decimal(float(v)))) ** 2 for p, v in zip(near, x, strict=True))
-        return float(Decimal(away).sqrt().copy_sign(u - min(r) ** 2))
+        away = sum(
+            ((p - abs(Decimal(float(v)))) ** 2 for p, v in zip(near, x, strict=True)), Decimal(0)
+        )
+        return float(away.sqrt().copy_sign(u - min(r) ** 2))
 
 
 def test_ellipsoids_of_any_flatness_are_exact_inside_outside_and_on_their_axes() -> None:

@@ -5,12 +5,12 @@ import pytest
 
 from dforc.arrays import Vector
 from dforc.collision.kernel_points import BOX, CYLINDER, ELLIPSOID, SPHERE, own_distance
-from dforc.collision.kernel_segments import own_segment, segments_apart
+from dforc.collision.kernel_segments import segments_apart
 from dforc.collision.kernel_shapes import is_segment_free, segment_distance
 from dforc.collision.obstacles import box, cylinder, sphere, world_of
+from tests.dforc.collision.bodies import along
 
 KINDS = (SPHERE, ELLIPSOID, BOX, CYLINDER)
-NEVER_ENOUGH = 1e300
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 IDENTITY = np.eye(3).ravel()
 
@@ -43,7 +43,7 @@ def test_no_point_of_a_segment_is_nearer_than_the_one_found(kind: int) -> None:
             a[axis] = b[axis] = 0.0
         if rng.random() < 0.1:
             b = -a  # through the centre
-        far, share, *n = own_segment(kind, *size, *a, *b, NEVER_ENOUGH)
+        far, share, n = along(kind, size, a, b)
         assert far == pytest.approx(by_golden_section(kind, size, a, b), abs=1e-12)
         assert far == pytest.approx(at(kind, size, a + share * (b - a)), abs=1e-14)
         assert np.linalg.norm(n) == pytest.approx(1.0)
@@ -52,8 +52,8 @@ def test_no_point_of_a_segment_is_nearer_than_the_one_found(kind: int) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_segment_of_no_length_is_a_point(kind: int) -> None:
     size, x = np.array([0.1, 0.2, 0.05]), np.array([0.2, 0.3, -0.1])
-    far, _, *n = own_segment(kind, *size, *x, *x, NEVER_ENOUGH)
-    expected = own_distance(kind, *size, *x)
+    far, _, n = along(kind, size, x, x)
+    expected = own_distance(kind, *size.tolist(), *x.tolist())
     assert far == expected[0]
     assert tuple(n) == expected[1:]
 
@@ -94,8 +94,8 @@ def test_a_distance_that_is_enough_is_not_below_it_and_a_smaller_one_is_exact(ki
     rng = np.random.default_rng(20 + kind)
     size = np.array([0.1, 0.2, 0.15])
     for a, b in rng.normal(size=(300, 2, 3)) * 0.4:
-        exact = own_segment(kind, *size, *a, *b, NEVER_ENOUGH)[0]
-        rough = own_segment(kind, *size, *a, *b, 0.05)[0]
+        exact = along(kind, size, a, b)[0]
+        rough = along(kind, size, a, b, 0.05)[0]
         if exact < 0.05:
             assert rough == pytest.approx(exact, abs=1e-12)
         else:
@@ -133,7 +133,7 @@ def test_no_two_points_of_two_segments_are_nearer_than_those_found() -> None:
         a, b, c, d = rng.normal(size=(4, 3))
         if rng.random() < 0.3:
             d = c + (b - a) * rng.normal() + rng.normal(size=3) * 10.0 ** rng.uniform(-12.0, 0.0)
-        apart, s, t = segments_apart(*a, *b, *c, *d)
+        apart, s, t = segments_apart(*np.concatenate([a, b, c, d]).tolist())
         on_first = a + grid[:, None] * (b - a)
         on_second = c + grid[:, None] * (d - c)
         between = np.linalg.norm(on_first[:, None] - on_second[None], axis=2)
