@@ -16,6 +16,7 @@ NAMES = (
     "cartesian",
     "ik",
     "dforc-scenes",
+    "dforc-fig6",
 )
 
 
