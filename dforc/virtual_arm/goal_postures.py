@@ -13,7 +13,7 @@ from dforc.ik.kernel_chain import Indices
 from dforc.limits import JointLimits
 from dforc.virtual_arm.kernel_edge import march
 from dforc.virtual_arm.kernel_planner import distance
-from dforc.virtual_arm.kernel_posture import QP_ROOM_ROWS, Aim, Work, approach
+from dforc.virtual_arm.kernel_posture import QP_ROOM_ROWS, Aim, Work, approach, weigh
 from dforc.virtual_arm.kernel_random import EVERYWHERE, draw, room_of, seeds, uniform
 from dforc.virtual_arm.scene import Surroundings
 
@@ -21,6 +21,7 @@ POSITION_M = 0.001  # largest error of a hand
 ORIENTATION_RAD = np.radians(1.0)  # and its orientation where that can be had
 MOST_POSTURES = 8
 MOST_STEPS = 25  # of one try
+TURNS, STEPS_PER_TURN = 6, 4  # back, of hands that were let turn
 SURFACES = 24  # nearest that one try looks at
 BEYOND_M = 0.003  # aimed at beyond the margins, so that they are kept
 REST_SHARE = 0.3  # of the distance to the rest posture in a posture's cost
@@ -107,6 +108,7 @@ class GoalSearch:
             rotations=np.array(turns).reshape(-1, 3, 3),
             turned=np.array([one.rotation is not None for _, one in wanted], dtype=np.bool_),
         )
+        self._untwisted = self._aim._replace(turned=np.zeros(len(wanted), dtype=np.bool_))
         self._scene = self._surroundings.scene_of(world, others_q, margin_m, self_margin_m)
         self._nearness = np.array([margin_m + BEYOND_M, self_margin_m + BEYOND_M])
         self._now = self._limits.project(q_now)
@@ -145,24 +147,41 @@ class GoalSearch:
         return [one for one in self._found if one[1] <= allowed]
 
     def _try(self) -> None:
+        """Every third try lets the hands turn as they like, and turns them back afterwards.
+
+        With the orientation in it from the start, the cost has its least inside an obstacle where
+        only another orientation is clear of it.
+        """
         q = np.empty(self._limits.n)
         reference, pull = self._start(q)
-        far, turned, _ = approach(
-            q,
-            reference,
-            pull,
-            self._scene,
-            self._room,
-            self._aim,
-            self._nearness,
-            self._work,
-            MOST_STEPS,
+        freely = self._tried % 3 == 2 and bool(self._aim.turned.any())
+        aim = self._untwisted if freely else self._aim
+        if not self._settles(q, reference, pull, aim, MOST_STEPS):
+            return
+        if not freely:
+            self._keep(q, self._turned(q, reference, pull))
+            return
+        best = q.copy()
+        for _ in range(TURNS):
+            if not self._settles(q, reference, pull, self._aim, STEPS_PER_TURN):
+                break
+            best[:] = q
+        self._keep(best, self._turned(best, reference, pull))
+
+    def _settles(self, q: Vector, reference: Vector, pull: float, aim: Aim, most: int) -> bool:
+        """Move q towards the aim; whether the hands are there and all is clear."""
+        far, _, _ = approach(
+            q, reference, pull, self._scene, self._room, aim, self._nearness, self._work, most
         )
         if far > POSITION_M:
-            return
+            return False
         free, _, _ = march(self._scene, q, q)
-        if free >= 1.0:
-            self._keep(q, float(turned))
+        return bool(free >= 1.0)
+
+    def _turned(self, q: Vector, reference: Vector, pull: float) -> float:
+        """Largest orientation error."""
+        _, _, turned = weigh(q, reference, pull, self._scene, self._aim, self._nearness, self._work)
+        return float(turned)
 
     def _start(self, q: Vector) -> tuple[Vector, float]:
         """A start into q; the posture that it is pulled to, and how much."""

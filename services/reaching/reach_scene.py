@@ -77,7 +77,7 @@ def rotation_there(
     tips = [body.tips.index(tip.frame) for tip in limb.tips]
     columns = body.columns(limb_joints(robot))
     search = GoalSearch(body, columns, problem.limits, tips, problem.rest_rad, seed)
-    goal = TipGoal.checked(scene.target_m)
+    goal = TipGoal.checked(scene.target_m, kept)
     others = np.radians([robot.joints[name].park_deg for name in body.joints])
     world = world_of([sphere("ball", scene.ball_centre_m, scene.ball_radius_m)])
     search.begin([goal], world, q_rad, others, CLEAR_M, SELF_CLEAR_M)
