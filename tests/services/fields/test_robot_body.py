@@ -7,13 +7,16 @@ import msgspec
 import numpy as np
 import pytest
 
+from benchmarks.link_meshes import Mesh, load_meshes
 from dforc.arrays import Matrix, Vector
 from dforc.collision.body import Body
 from dforc.collision.kernel_body import clearance, place_body
 from dforc.collision.obstacles import World, world_of
+from dforc.robot_model import RobotModel
 from services.config import load_robot
 from services.core.errors import ConfigError
-from services.fields.robot_body import FILE, robot_body
+from services.fields.robot_body import FILE, read_collision_file, robot_body
+from services.robotfile.model_file import urdf_path
 from services.robotfile.robot_tables import RobotFile
 
 NOTHING = world_of([])
@@ -23,6 +26,11 @@ ARM_LINKS = ("upper_arm", "forearm", "hand")
 @pytest.fixture(scope="module")
 def robot() -> RobotFile:
     return load_robot("icub")
+
+
+@pytest.fixture(scope="module")
+def meshes() -> dict[str, Mesh]:
+    return load_meshes(urdf_path("iCubLisboa01"))
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +133,49 @@ def test_few_allowed_postures_touch_and_no_pair_touches_at_most_of_them(
             touching[k] += clear_m(alone, q) < 0.0
     assert anything / len(postures) < 0.05
     assert touching.max() / len(postures) < 0.02
+
+
+def test_pairs_that_are_left_out_touch_at_every_posture(robot: RobotFile, body: Body) -> None:
+    file = read_collision_file(robot.path.with_name(FILE))
+    assert file is not None
+    index = body.capsules.index
+    left_out = np.array([[index(one), index(other)] for one, other in file.always_near])
+    assert len(left_out) == 8
+    for q in allowed_postures(robot, body, 200):
+        for pair in left_out:
+            alone = replace(body, arrays=body.arrays._replace(pairs=pair[None].copy()))
+            assert clear_m(alone, q) < 0.0
+
+
+@pytest.mark.parametrize("link", ["root_link", "torso_1", "chest", "head", "neck_1", "neck_2"])
+def test_no_vertex_of_the_trunk_sticks_out(meshes: dict[str, Mesh], body: Body, link: str) -> None:
+    assert outside_m(meshes, body, link) <= 0.0
+
+
+@pytest.mark.parametrize("side", ["l", "r"])
+@pytest.mark.parametrize("link", [*ARM_LINKS, "shoulder_1", "shoulder_2", "upper_leg", "hip_1"])
+def test_no_vertex_of_a_limb_sticks_out(
+    meshes: dict[str, Mesh], body: Body, side: str, link: str
+) -> None:
+    assert outside_m(meshes, body, f"{side}_{link}") <= 0.0
+
+
+def outside_m(meshes: dict[str, Mesh], body: Body, link: str) -> float:
+    """How far the worst vertex is from all capsules, at one bent posture."""
+    q = 0.4 * np.sin(np.arange(float(len(body.joints))))
+    segments = np.zeros((len(body.capsules), 6))
+    place_body(q, body.arrays, np.zeros((len(body.joints), 12)), segments)
+    model = RobotModel(str(urdf_path("iCubLisboa01")), body.joints, link, {})
+    R, p = model.tip_pose(q)
+    vertices = np.unique(meshes[link].moved(R, p).corners_m.reshape(-1, 3), axis=0)
+    nearest = np.full(len(vertices), np.inf)
+    for (ax, ay, az, bx, by, bz), radius_m in zip(segments, body.arrays.radii, strict=True):
+        a, along = np.array([ax, ay, az]), np.array([bx - ax, by - ay, bz - az])
+        length2 = max(float(along @ along), 1e-12)
+        share = np.clip((vertices - a) @ along / length2, 0.0, 1.0)
+        away = np.linalg.norm(vertices - a - share[:, None] * along, axis=1)
+        nearest = np.minimum(nearest, away - radius_m)
+    return float(nearest.max())
 
 
 def test_both_arms_are_each_others_mirror_image(robot: RobotFile, body: Body) -> None:
