@@ -72,4 +72,29 @@ def dforc_fig6(
     return experiment.dforc_fig6(seed=seed, runs=runs, short=short, json=json_file, plot=plot)
 
 
-VERBS = (dforc_scenes, dforc_fig6)
+def dforc_fig4(
+    *,
+    seed: int = 0,
+    short: bool = False,
+    json_file: Json = None,
+    plot: Path = Path("dforc-fig4.png"),
+) -> int:
+    """Figure 4: how far PMP's point drifts from its arm when it is integrated in task space.
+
+    Both variants of Table I on the same targets, steps of 1 to 20 ms.
+
+    Example: ulna experiment dforc-fig4 --plot drift.png
+
+    Args:
+        seed: draws the targets.
+        short: fewer targets.
+        json_file: write every value there.
+        plot: write two paths and the drift over the step there.
+    """
+    check(1, json_file, plot)
+    from services.experiments import field_fig4 as experiment
+
+    return experiment.dforc_fig4(seed=seed, short=short, json=json_file, plot=plot)
+
+
+VERBS = (dforc_fig4, dforc_scenes, dforc_fig6)
