@@ -34,21 +34,21 @@ def paper(given: Given) -> "list[Row]":
     """The paper's field: force, free reach, tails, head-on."""
     from services.experiments.field_paper import paper_rows
 
-    return paper_rows(given.short)
+    return paper_rows(given.short, given.seed)
 
 
 def pmp(given: Given) -> "list[Row]":
     """The Passive Motion Paradigm on its 200 targets a row."""
     from services.experiments.field_pmp import pmp_rows
 
-    return pmp_rows(given.short)
+    return pmp_rows(given.short, given.seed)
 
 
 def targets(given: Given) -> "list[Row]":
     """DForC through virtual point and inverse kinematics on the same targets."""
     from services.experiments.field_targets import dforc_targets_rows
 
-    return dforc_targets_rows(given.short)
+    return dforc_targets_rows(given.short, given.seed, _say)
 
 
 def point(given: Given) -> "list[Row]":
