@@ -9,8 +9,7 @@ from dforc.limits import JointLimits
 LINK_M, RADIUS_M = 0.2, 0.02
 
 
-@pytest.fixture(scope="session")
-def flat_body() -> Body:
+def flat_arm() -> Body:
     """Links of 20 cm and 2 cm radius along x, joints about z; the third may meet the first."""
     flat = np.tile(np.eye(3).ravel(), (3, 1))
     arrays = BodyArrays(
@@ -32,9 +31,18 @@ def flat_body() -> Body:
     )
 
 
-@pytest.fixture(scope="session")
-def flat_limits() -> JointLimits:
+def bent_limits() -> JointLimits:
     """Ranges of 150 degrees to both sides, and a row: the last two bend 200 together."""
     bend = np.radians(150.0)
     row = np.radians(200.0)
     return JointLimits.make([-bend] * 3, [bend] * 3, np.array([[0.0, 1.0, 1.0]]), [-row], [row])
+
+
+@pytest.fixture(scope="session")
+def flat_body() -> Body:
+    return flat_arm()
+
+
+@pytest.fixture(scope="session")
+def flat_limits() -> JointLimits:
+    return bent_limits()

@@ -1,6 +1,9 @@
 """Ways from posture to posture, of an arm of three links in a plane."""
 
+import subprocess
+import sys
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from dforc.collision.obstacles import World, box, sphere, world_of
 from dforc.limits import JointLimits
 from dforc.virtual_arm.planner import PlanState, PosturePlanner
 
+JOINTS = np.arange(3)
 MARGIN_M, SELF_M = 0.01, 0.005
 START, GOAL = np.array([-0.8, 0.0, 0.0]), np.array([0.8, 0.0, 0.0])
 STILL, NOWHERE = np.zeros(3), world_of(())
@@ -22,7 +26,7 @@ GATE = world_of((sphere("gate", (0.1, 0.0, 0.0), 0.05),))
 
 @pytest.fixture
 def planner(flat_body: Body, flat_limits: JointLimits) -> PosturePlanner:
-    return PosturePlanner(flat_body, np.arange(3), flat_limits, seed=3, most_looks=6000)
+    return PosturePlanner(flat_body, JOINTS, flat_limits, seed=3, most_looks=6000)
 
 
 def solve(planner: PosturePlanner, world: World, goals: Matrix, seed: int | None = None) -> Matrix:
@@ -146,3 +150,25 @@ def test_says_how_much_of_a_straight_way_is_free(planner: PosturePlanner) -> Non
     free = planner.free_length(START, GOAL, POST, STILL, MARGIN_M, SELF_M, 1000)
     assert free == pytest.approx(0.5 * (1.0 - np.arcsin(0.08 / 0.45) / 0.8), abs=0.01)
     assert planner.free_length(START, GOAL, NOWHERE, STILL, MARGIN_M, SELF_M, 10) == 1.0
+
+
+INTERPRETED = """
+import sys
+sys.modules["numba"] = None
+sys.path[:0] = sys.argv[1:]
+import conftest, test_planner
+from dforc.compiled import HAS_COMPILER
+from dforc.virtual_arm.planner import PosturePlanner
+assert not HAS_COMPILER
+planner = PosturePlanner(conftest.flat_arm(), test_planner.JOINTS, conftest.bent_limits(), 3)
+path = test_planner.solve(planner, test_planner.POST, test_planner.GOAL[None], 5)
+print(path.tobytes().hex())
+"""
+
+
+def test_without_a_compiler_it_finds_the_same_way(planner: PosturePlanner) -> None:
+    here = Path(__file__).parent
+    command = [sys.executable, "-W", "error", "-c", INTERPRETED, str(here), str(here.parents[2])]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.strip() == solve(planner, POST, GOAL[None], 5).tobytes().hex()
