@@ -21,9 +21,9 @@ NUMBERS = 6
 TAKEN, SKIPPED, RESTARTED, IGNORED = 0, 1, 2, 3  # what became of a sample
 
 FIRST_SPEED_M_S = 0.1  # sigma of an unknown velocity, each axis
-LOWEST_Q, HIGHEST_Q = 2e-6, 0.1  # m^2/s^3
+LOWEST_Q, HIGHEST_Q = 1e-5, 0.1  # m^2/s^3
 FIRST_Q = 3e-4
-RISE_PER_S, FALL_PER_S = 5.0, 3.0  # of log q, per unit of evidence
+RISE_PER_S, FALL_PER_S = 6.0, 4.0  # of log q, per unit of evidence
 DRIFT_S = 0.15  # over which innovations are averaged
 EXPECTED = 1.3  # evidence above which q rises; 1 is white
 MOST_EVIDENCE = 5.0
@@ -33,7 +33,7 @@ LONGEST_GAP_S = 1.0  # after which an object is a new one
 REST_SPEED_M_S = 0.012
 REST_AFTER_S = 0.3
 REST_DENSITY = 2e-6  # (m/s)^2 s of the velocity that is measured as zero
-MOVES_EVIDENCE = 4.0  # that an object at rest has begun to move
+MOVES_EVIDENCE = 5.0  # that an object at rest has begun to move
 
 
 class Track(NamedTuple):
