@@ -1,6 +1,6 @@
 """Postures of a limb with its hands at their goals and clear of everything: a search in slices."""
 
-from collections.abc import Sequence
+from collections.abc import Generator, Iterator, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +13,14 @@ from dforc.ik.kernel_chain import Indices
 from dforc.limits import JointLimits
 from dforc.virtual_arm.kernel_edge import march
 from dforc.virtual_arm.kernel_planner import distance
-from dforc.virtual_arm.kernel_posture import QP_ROOM_ROWS, Aim, Work, approach, weigh
+from dforc.virtual_arm.kernel_posture import (
+    FIRST_TRUST_RAD,
+    QP_ROOM_ROWS,
+    Aim,
+    Work,
+    approach,
+    weigh,
+)
 from dforc.virtual_arm.kernel_random import EVERYWHERE, draw, room_of, seeds, uniform
 from dforc.virtual_arm.scene import Surroundings
 
@@ -21,6 +28,8 @@ POSITION_M = 0.001  # largest error of a hand
 ORIENTATION_RAD = np.radians(1.0)  # and its orientation where that can be had
 MOST_POSTURES = 8
 MOST_STEPS = 25  # of one try
+STEPS_PER_TRY = 12  # that are reckoned for it: about the mean
+STEPS = 6  # at a time
 TURNS, STEPS_PER_TURN = 6, 4  # back, of hands that were let turn
 SURFACES = 24  # nearest that one try looks at
 BEYOND_M = 0.003  # aimed at beyond the margins, so that they are kept
@@ -74,10 +83,12 @@ class GoalSearch:
             which=np.zeros((SURFACES, 2), dtype=np.int64),
             mask=self._surroundings.mask,
             q=np.zeros(n),
+            trust=np.zeros(1),
         )
         self._draws = np.zeros(2, dtype=np.int64)
         self._found: list[tuple[float, float, Vector]] = []  # cost, orientation error, posture
         self._tried = 0
+        self._steps: Iterator[int] = iter(())
 
     def begin(
         self,
@@ -113,13 +124,16 @@ class GoalSearch:
         self._nearness = np.array([margin_m + BEYOND_M, self_margin_m + BEYOND_M])
         self._now = self._limits.project(q_now)
         self._draws[:] = seeds(self._seed if seed is None else seed)
-        self._found, self._tried = [], 0
+        self._found, self._tried, self._steps = [], 0, self._tries()
 
     def advance(self, tries: int) -> int:
-        """Try so many more starts; the number of postures found so far."""
-        for _ in range(tries):
-            self._try()
-            self._tried += 1
+        """Do the work of so many tries, and go on in the middle of one the next time.
+
+        Returns the number of postures found so far. It takes STEPS_PER_TRY + STEPS steps for each.
+        """
+        budget = tries * STEPS_PER_TRY
+        while budget > 0:
+            budget -= next(self._steps, budget)
         return len(self._found)
 
     @property
@@ -146,7 +160,13 @@ class GoalSearch:
         allowed = max(ORIENTATION_RAD, least + ORIENTATION_RAD)
         return [one for one in self._found if one[1] <= allowed]
 
-    def _try(self) -> None:
+    def _tries(self) -> Iterator[int]:
+        """One try after the other; the steps taken, a few at a time."""
+        while True:
+            yield from self._try()
+            self._tried += 1
+
+    def _try(self) -> Iterator[int]:
         """Every third try lets the hands turn as they like, and turns them back afterwards.
 
         With the orientation in it from the start, the cost has its least inside an obstacle where
@@ -156,23 +176,35 @@ class GoalSearch:
         reference, pull = self._start(q)
         freely = self._tried % 3 == 2 and bool(self._aim.turned.any())
         aim = self._untwisted if freely else self._aim
-        if not self._settles(q, reference, pull, aim, MOST_STEPS):
-            return
-        if not freely:
-            self._keep(q, self._turned(q, reference, pull))
+        if not (yield from self._settles(q, reference, pull, aim, MOST_STEPS)):
             return
         best = q.copy()
-        for _ in range(TURNS):
-            if not self._settles(q, reference, pull, self._aim, STEPS_PER_TURN):
+        for _ in range(TURNS if freely else 0):
+            if not (yield from self._settles(q, reference, pull, self._aim, STEPS_PER_TURN)):
                 break
             best[:] = q
         self._keep(best, self._turned(best, reference, pull))
 
-    def _settles(self, q: Vector, reference: Vector, pull: float, aim: Aim, most: int) -> bool:
+    def _settles(
+        self, q: Vector, reference: Vector, pull: float, aim: Aim, most: int
+    ) -> Generator[int, None, bool]:
         """Move q towards the aim; whether the hands are there and all is clear."""
-        far, _, _ = approach(
-            q, reference, pull, self._scene, self._room, aim, self._nearness, self._work, most
-        )
+        self._work.trust[0] = FIRST_TRUST_RAD
+        far, taken = np.inf, STEPS
+        while taken == STEPS and most > 0:
+            far, _, taken = approach(
+                q,
+                reference,
+                pull,
+                self._scene,
+                self._room,
+                aim,
+                self._nearness,
+                self._work,
+                min(STEPS, most),
+            )
+            most -= taken
+            yield taken + 1
         if far > POSITION_M:
             return False
         free, _, _ = march(self._scene, q, q)

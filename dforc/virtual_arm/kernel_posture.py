@@ -57,6 +57,7 @@ class Work(NamedTuple):
     which: NDArray[np.int64]  # (k, 2)
     mask: NDArray[np.bool_]  # (c,) capsules that count against obstacles
     q: Vector  # (n,)
+    trust: Vector  # (1,) rad: how far a step may move a joint
 
 
 Errors = tuple[float, float, float]  # cost, largest position [m] and orientation error [rad]
@@ -183,11 +184,12 @@ def approach(
     work: Work,
     most_steps: int,
 ) -> tuple[float, float, int]:
-    """From q, inside limits and rows, to a posture nearby that costs least, in place.
+    """From q, inside limits and rows, towards a posture nearby that costs least, in place.
 
-    Returns its largest position [m] and orientation error [rad], and the steps taken.
+    Returns its largest position [m] and orientation error [rad], and the steps taken: fewer than
+    it may take once it is there. It begins with, and leaves, the trust that is in `work`.
     """
-    n, trust, steps = len(q), FIRST_TRUST_RAD, 0
+    n, trust, steps = len(q), work.trust[0], 0
     cost, far, turned = weigh(q, reference, pull, scene, aim, nearness, work)
     while steps < most_steps and trust > LEAST_TRUST_RAD:
         if not step_from(q, trust, room, work):
@@ -207,4 +209,5 @@ def approach(
         else:
             trust = NARROWER * min(trust, longest)
             weigh(q, reference, pull, scene, aim, nearness, work)
+    work.trust[0] = trust
     return far, turned, steps
