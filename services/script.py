@@ -7,6 +7,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Generator
 
 from services.core.service import CallFailed, Inputs, Outputs, Service
+from services.fields.messages import FieldReply
 from services.messages import Reply, RobotRequest, RobotStatus
 from services.streams import ROBOT_CALL, ROBOT_STATUS
 
@@ -50,6 +51,8 @@ class ScriptedService(Service):
             for token, reply in inputs.replies(call):
                 if isinstance(reply, Reply | CallFailed):
                     self.replies[token] = reply
+                elif isinstance(reply, FieldReply):
+                    self.replies[token] = Reply(ok=reply.ok, reason=reply.reason)
         self.observe()
         if not self.finished:
             try:

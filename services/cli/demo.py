@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import cyclopts
 import numpy as np
@@ -39,6 +39,7 @@ def reach(
     target: Annotated[str, cyclopts.Parameter(allow_leading_hyphen=True)] = "",
     obstacle: Annotated[str, cyclopts.Parameter(allow_leading_hyphen=True)] = "",
     hop_ms: int = 1,
+    field: Literal["", "ulna", "dforc"] = "",
     robot: str = DEFAULT_ROBOT,
     json_file: Annotated[Path, cyclopts.Parameter(name="--json")] = Path("reach.json"),
     plot: Path = Path("reach.png"),
@@ -59,6 +60,8 @@ def reach(
         target: X,Y,Z of the hand in metres, base frame (x backwards, y right, z up).
         obstacle: X,Y,Z,R of the ball in metres.
         hop_ms: virtual milliseconds that a hop between two processes takes.
+        field: mode of the force field. ulna, the default: the whole arm keeps clear; dforc: the
+            paper's, the hand alone.
         robot: name[:parts][@site] of a robot in robots/, or a robot file.
         json_file: write the report there, as one JSON object.
         plot: write the figure there.
@@ -82,6 +85,7 @@ def reach(
         target_m=_target(target),
         ball=_ball(obstacle),
         position_bar_m=bar,
+        field=field,
     )
     with _progress(console) as progress:
         task = progress.add_task("starting", total=None, time="")

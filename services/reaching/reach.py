@@ -3,7 +3,7 @@
 Reads   robot/status, dynamics/status, cartesian/status, and boards/plant_truth (to judge the result
         on what the plant really did)
 Writes  field/goal, field/objects
-Calls   robot/request, dynamics/zero_ft, boards/push
+Calls   robot/request, dynamics/zero_ft, boards/push, field/request
 It is no process of the stack: the demo runs it on an executor of its own, live or virtual. It stops
 with a reason when anything it waits for does not come, and in any case asks the robot to come down.
 """
@@ -15,6 +15,7 @@ import numpy as np
 from dforc import rotation
 from services.core.service import CallFailed, Period
 from services.core.stream import AnyStream
+from services.fields.messages import FieldRequest
 from services.messages import (
     FtRequest,
     Goal,
@@ -33,6 +34,7 @@ from services.script import TASK_TIMEOUT_S, AbandonedError, Script, ScriptedServ
 from services.streams import (
     CARTESIAN_STATUS,
     DYNAMICS_STATUS,
+    FIELD_CALL,
     FT_CALL,
     GOAL,
     OBJECTS,
@@ -75,6 +77,7 @@ class ReachOptions:
     orientation_bar_rad: float = float(np.radians(1.5))
     push: Push | None = None
     timeout_s: float = 30.0  # in the target within this, or not reached
+    field: str = ""  # mode of the field; empty = the one in use
     hold_s: float = 1.5  # the errors reported are the largest of the last second of it
 
 
@@ -89,7 +92,7 @@ class Reach(ScriptedService):
         PLANT_TRUTH,
     )
     writes = (GOAL, OBJECTS)
-    calls = (ROBOT_CALL, FT_CALL, PUSH_CALL)
+    calls = (ROBOT_CALL, FT_CALL, PUSH_CALL, FIELD_CALL)
 
     def __init__(self, robot: RobotFile, options: ReachOptions) -> None:
         self._robot = robot
@@ -145,6 +148,9 @@ class Reach(ScriptedService):
                 "switching the arm to compliant", "interaction", joints=compliant, value="compliant"
             )
         yield from self._wait("settling", SETTLE_S)
+        if self._options.field:
+            asked = FieldRequest(action="set", mode=self._options.field)
+            yield from self.answered(self.outputs.call(FIELD_CALL, asked), "field mode")
 
     def _go(self) -> Script:
         hand = self.inputs.fresh(CARTESIAN_STATUS, STATE_AGE_S)
