@@ -26,6 +26,7 @@ from services.reaching.tip_poses import vector3
 
 JUMP_M = 0.01  # of the goal from one period to the next: the time base begins again
 OVER = "the time base has run out (tau); `ulna field set gamma=0` goes on until it is there"
+HELD_BACK = "limit fields hold the hand back; `ulna field set limits=0`, or mode ulna, does not"
 
 
 class TipKinematics:
@@ -68,7 +69,7 @@ class PmpMode:
         self._pmp = self._made(gains)
         self._state: PmpState | None = None
         self._goal_m: Vector | None = None
-        self._still = Standstill()
+        self._still = self._standstill()
 
     def use(self, gains: Mapping[str, float]) -> None:
         """The arm goes on from where it is; a changed time base begins again."""
@@ -84,7 +85,7 @@ class PmpMode:
         """The posture is that given."""
         self._state = self._pmp.begin(self._limb.problem.limits.project(start.q_rad))
         self._goal_m = None
-        self._still = Standstill()
+        self._still = self._standstill()
 
     def resume(self, state: PmpState, goal_m: Vector | None) -> None:
         """Go on from there, to a goal there."""
@@ -97,7 +98,7 @@ class PmpMode:
             return self._motion(state, np.zeros_like(state.q_rad), around, "idle", "")
         if self._goal_m is None or np.linalg.norm(goal.position_m - self._goal_m) > JUMP_M:
             state = self._pmp.again(state)
-            self._still = Standstill()
+            self._still = self._standstill()
         self._goal_m = goal.position_m
         target = PmpTarget(position_m=goal.position_m, rotation=goal.rotation)
         state = self._pmp.step(state, target, self._pushing(around), PERIOD_S)
@@ -124,6 +125,9 @@ class PmpMode:
         other = type(self)(self._limb, self._gains)
         other.resume(self._at(), self._goal_m)
         return other
+
+    def _standstill(self) -> Standstill:
+        return Standstill(HELD_BACK) if self._gains["limits"] else Standstill()
 
     def _at(self) -> PmpState:
         if self._state is None:

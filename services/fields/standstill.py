@@ -10,13 +10,15 @@ ARRIVED_M_S = 0.005
 WINDOW_STEPS = round(0.5 / PERIOD_S)
 STUCK_M = 0.001  # that the mean place moves from one window to the next: a stuck point may tremble
 STUCK_WINDOWS = 2
-REMEDY = "this mode can be trapped; `ulna field mode ulna` finds a way where there is one"
+TRAPPED = "this mode can be trapped; `ulna field mode ulna` finds a way where there is one"
 
 
 class Standstill:
     """Of one goal."""
 
-    def __init__(self) -> None:
+    def __init__(self, remedy: str = TRAPPED) -> None:
+        """`remedy` is what to say of points that are stuck."""
+        self._remedy = remedy
         self._sum_m: Vector | None = None
         self._mean_m: Vector | None = None
         self._steps = 0
@@ -33,7 +35,10 @@ class Standstill:
         self._note(np.concatenate([hand.position_m for hand in hands]))
         if self._stuck < STUCK_WINDOWS:
             return "reaching", ""
-        return "waiting", f"forces are in balance {away_m * 1e3:.0f} mm from the goal: {REMEDY}"
+        return (
+            "waiting",
+            f"forces are in balance {away_m * 1e3:.0f} mm from the goal: {self._remedy}",
+        )
 
     def _note(self, place_m: Vector) -> None:
         self._sum_m = place_m if self._sum_m is None else self._sum_m + place_m
