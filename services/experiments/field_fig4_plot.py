@@ -29,8 +29,9 @@ class Example:
 
 def draw(drifts: Sequence[tuple[float, Vector]], examples: Sequence[Example], file: Path) -> None:
     """One panel for each example, and the drifts (k,) [m] of each step [ms]."""
-    figure = plt.figure(figsize=(15, 5), layout="constrained")
+    figure = plt.figure(figsize=(17, 5.5))
     columns = len(examples) + 1
+    figure.subplots_adjust(left=0.02, right=0.98, bottom=0.12, top=0.92, wspace=0.3)
     for number, example in enumerate(examples):
         _paths(figure.add_subplot(1, columns, number + 1, projection="3d"), example)
     axis = figure.add_subplot(1, columns, columns)
@@ -41,8 +42,8 @@ def draw(drifts: Sequence[tuple[float, Vector]], examples: Sequence[Example], fi
     first = float(np.median(values[0])) / steps[0]
     axis.loglog(steps, [first * s for s in steps], ":", color=BLACK, label="first order")
     axis.set_xlabel("step [ms]")
-    axis.set_ylabel("|integral of J dq - kin(integral of dq)| after 3 s [mm]")
-    axis.set_title("drift of variant A; variant B has none", fontsize=10)
+    axis.set_ylabel("from the hand after 3 s [mm]")
+    axis.set_title("drift of variant A, mid-range targets; variant B has none", fontsize=10)
     axis.grid(alpha=0.3, which="both")
     axis.legend()
     figure.savefig(file, dpi=110)
@@ -59,4 +60,4 @@ def _paths(axis: Axes3D, example: Example) -> None:
     axis.set_ylabel("y [cm]")
     axis.set_zlabel("z [cm]")
     axis.set_title(f"step {example.step_ms:g} ms: {apart_mm:.1f} mm apart", fontsize=10)
-    axis.legend(fontsize=8)
+    axis.legend(fontsize=8, loc="upper left")
