@@ -36,7 +36,7 @@ class ArmParams:
     most_goal_tries: int = 160  # for one goal, at one margin
     enough_postures: int = 4
     planner_states: int = 120  # iterations of the planner in one step
-    most_planner_states: int = 12000  # of one plan, before another begins
+    most_planner_states: int = 20000  # of one plan, before another begins
     retry_s: float = 1.0  # between two attempts at a goal that cannot be had
     position_tolerance_m: float = 0.001
     orientation_tolerance_rad: float = math.radians(0.5)
