@@ -97,4 +97,37 @@ def dforc_fig4(
     return experiment.dforc_fig4(seed=seed, short=short, json=json_file, plot=plot)
 
 
-VERBS = (dforc_fig4, dforc_scenes, dforc_fig6)
+def dforc_fig5(
+    *,
+    robot: str = "icub:reach",
+    seed: int = 0,
+    runs: int = 10,
+    short: bool = False,
+    json_file: Json = None,
+    plot: Path = Path("dforc-fig5.png"),
+) -> int:
+    """Figure 5: PMP's reaches and DForC's on the same targets, with the paper's constants.
+
+    PMP on 200 targets a line; DForC's point and inverse kinematics on the same ones; then a reach
+    with and without an obstacle through the whole stack, on several plants. Most of the time, some
+    minutes, is for the last.
+
+    Example: ulna experiment dforc-fig5 --runs 3 --plot reaches.png
+
+    Args:
+        robot: name[:parts][@site] of a robot in robots/, or a robot file.
+        seed: draws the targets, and the first plant's masses and levers, sensor noise and offset.
+        runs: plants behind the boards, one after another, with the seeds that follow.
+        short: fewer targets and one plant.
+        json_file: write every value there.
+        plot: write the five reaches there.
+    """
+    check(runs, json_file, plot)
+    from services.experiments import field_fig5 as experiment
+
+    return experiment.dforc_fig5(
+        robot=robot, seed=seed, runs=runs, short=short, json=json_file, plot=plot
+    )
+
+
+VERBS = (dforc_fig4, dforc_fig5, dforc_scenes, dforc_fig6)

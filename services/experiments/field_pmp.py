@@ -237,10 +237,10 @@ def _blocked(home_m: Vector, target: HandPose, rng: np.random.Generator) -> tupl
 
 
 def path_of(
-    arm: PmpArm, params: PmpParams, target: HandPose, scene: Scene, seconds: float
+    arm: PmpArm, params: PmpParams, target: HandPose, obstacles: Scene | None, seconds: float
 ) -> Matrix:
     """Path of the virtual hand (k, 3), for a picture."""
     pmp = Pmp(arm.model, arm.model.lower_rad, arm.model.upper_rad, params)
     wanted = PmpTarget(position_m=target.position_m, rotation=target.rotation)
-    steps = round(seconds / PERIOD_S)
+    steps, scene = round(seconds / PERIOD_S), NO_OBSTACLES if obstacles is None else obstacles
     return pmp.roll_out(pmp.begin(arm.home_rad), wanted, scene, steps=steps).positions_m
