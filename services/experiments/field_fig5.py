@@ -1,4 +1,4 @@
-"""Figure 5: PMP's reaches (A to C) and DForC's (D, E) on the same targets, with the paper's numbers.
+"""Figure 5: PMP's reaches (A to C) and DForC's (D, E) on the same targets, by the paper's numbers.
 
 A to C are calculated; D and E go through the whole stack in virtual time, several plants.
 """
