@@ -67,6 +67,8 @@ def solid_of(item: WorldObject) -> Obstacle:
 def as_obstacle(seen: SeenObject) -> Obstacle:
     """With the margin that its uncertainty asks for."""
     solid = seen.solid
+    if seen.sigma_m == 0.0:
+        return solid
     return Obstacle(
         name=seen.name,
         shape=solid.shape,

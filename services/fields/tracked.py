@@ -59,10 +59,13 @@ class TrackedObject:
             elif speed_m_s > MOVING_M_S:
                 lost = f"last seen {age_s:.1f} s ago, at {speed_m_s:.2f} m/s"
             velocity_m_s = STILL
+        solid = self.solid
+        if (place_m, velocity_m_s) != (solid.position_m, solid.velocity_m_s):
+            solid = replace(solid, position_m=place_m, velocity_m_s=velocity_m_s)
         return SeenObject(
             name=self.item.name,
             source=source,
-            solid=replace(self.solid, position_m=place_m, velocity_m_s=velocity_m_s),
+            solid=solid,
             role=self.item.role,
             on=self.item.on,
             sigma_m=sigma_m,
