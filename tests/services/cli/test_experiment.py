@@ -15,6 +15,8 @@ NAMES = (
     "closed-loop",
     "cartesian",
     "ik",
+    "dforc-fig4",
+    "dforc-fig5",
     "dforc-scenes",
     "dforc-fig6",
 )
