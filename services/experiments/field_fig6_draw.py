@@ -19,9 +19,10 @@ FROM_M = np.array([-0.27, 0.28, 0.02])
 TO_M = np.array([-0.30, 0.03, 0.07])
 SPREAD_M = 0.01  # sigma of both ends
 MEETS_SHARE = (0.4, 0.6)  # of the way, where the red ball crosses it
-FALLS_M_S = (0.08, 0.15)
-# The ball crosses between the target's passing and that of the paper's point, which lags 2 s.
-LATE_S = (0.5, 2.0)
+FALLS_M_S = (0.05, 0.1)
+# The ball crosses between the target's passing and that of the paper's point, which lags 2 s: slow
+# enough to be in the way of both.
+LATE_S = (0.5, 1.5)
 BESIDE_M = 0.01
 
 

@@ -53,8 +53,8 @@ def _trails(
     seen = [
         (scene.seen_obstacle_m, OBSTACLE, "obstacle, as seen", 0.4),
         (scene.seen_target_m, TARGET, "target, as seen", 0.4),
-        (point, POINT, "virtual point", 2.2),
-        (hand, HAND, "hand", 1.2),
+        (point, POINT, "virtual point", 3.0),
+        (hand, HAND, "hand", 1.0),
     ]
     for places, colour, label, width in seen:
         shown = places[(places[:, 2] > low) & (places[:, 2] < high)]
@@ -84,7 +84,7 @@ def _distances(panel: Axes, scene: MovingScene, point: Array, hand: Array) -> No
         panel.plot(t, clear, "--", color=colour, lw=1.2)
     panel.axhline(0.0, color="black", lw=0.8)
     panel.set(
-        title="from the true target (-), from the true obstacle's surface (- -)",
+        title="to the true target (-), to the obstacle (- -)",
         xlabel="time [s]",
         ylabel="[mm]",
         ylim=(-20.0, 220.0),
