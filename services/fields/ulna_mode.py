@@ -39,8 +39,10 @@ class UlnaMode:
         self._gains = dict(gains)
         self._params = arm_params(gains)
         self.budget = self._params.goal_tries + self._params.planner_states
-        self._arm: VirtualArm | None = None
+        self._has_begun = False
         self._output: ArmOutput | None = None
+        home = limb.problem.limits.project(limb.problem.rest_rad)
+        self._arm = self._made(home, None)  # takes several periods: not when a goal comes
 
     def use(self, gains: Mapping[str, float]) -> None:
         """The arm goes on from where it is."""
@@ -48,18 +50,20 @@ class UlnaMode:
             return
         self._gains = dict(gains)
         self._params = arm_params(gains)
-        if self._arm is not None:
-            speeds = None if self._output is None else self._output.dq_rad_s
-            self._arm = self._made(self._arm.q_rad, speeds)
+        self._arm.change(self._params)
 
     def begin(self, start: Start) -> None:
         """The posture is that given, at its speed."""
-        self._arm = self._made(start.q_rad, start.dq_rad_s)
+        if self._limb.problem.free.all():
+            self._arm.begin(start.q_rad, start.dq_rad_s)
+        else:  # the blocked joints' limits are where they are now
+            self._arm = self._made(start.q_rad, start.dq_rad_s)
         self._output = None
+        self._has_begun = True
 
     def step(self, goals: Goals | None, around: Surroundings, lag_m: float) -> Motion:
         """The arm draws nearer to the goal, clear of everything."""
-        if self._arm is None:
+        if not self._has_begun:
             raise ServiceError("mode ulna has not begun")
         asked = None if goals is None else [_tip_goal(goal) for goal in goals]
         output = self._arm.step(
@@ -112,7 +116,7 @@ class UlnaMode:
         if self._output is not None:
             q_rad, dq_rad_s = self._output.q_rad, self._output.dq_rad_s
             other.begin(Start(q_rad=q_rad, dq_rad_s=dq_rad_s, hands=()))
-        elif self._arm is not None:
+        elif self._has_begun:
             q_rad = self._arm.q_rad
             other.begin(Start(q_rad=q_rad, dq_rad_s=np.zeros(len(q_rad)), hands=()))
         return other

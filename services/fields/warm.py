@@ -1,7 +1,5 @@
 """Run what is compiled once, so that nobody waits for it in the middle of a motion."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from dforc.arrays import Vector
@@ -21,7 +19,7 @@ from services.reaching.tip_poses import vector3
 AWAY_M = np.array([-0.15, 0.0, 0.0])
 STEPS = 60  # until an arm that stands before the wall looks for a way
 PLANNED = 100
-UPRIGHT = np.eye(3)
+NEAR_M = np.array([-0.02, 0.0, 0.02])
 BENT_RAD = 0.3
 WALL_M = (0.02, 0.3, 0.3)
 
@@ -30,7 +28,11 @@ def warm_modes(driver: PointDriver, limb: FieldLimb, body: BodyReading) -> None:
     """Have every mode move a limb towards a goal behind a wall."""
     start = start_at(limb, limb.problem.limits.project(limb.problem.rest_rad))
     goals = [HandGoal(position_m=hand.position_m + AWAY_M) for hand in start.hands]
-    turned = [replace(goal, rotation=UPRIGHT) for goal in goals]
+    near = [
+        HandGoal(position_m=hand.position_m + NEAR_M, rotation=hand.rotation)
+        for hand in start.hands
+    ]
+    free = around_limb((), None, (body.q_rad, body.dq_rad_s))
     middle = vector3(start.hands[0].position_m + 0.6 * AWAY_M)
     seen = noisy_wall(middle).seen(0)
     around = around_limb(seen, None, (body.q_rad, body.dq_rad_s))
@@ -40,9 +42,9 @@ def warm_modes(driver: PointDriver, limb: FieldLimb, body: BodyReading) -> None:
         except ServiceError:
             continue  # a mode that does not move such a limb
         law.begin(start)
-        for asked in (goals, turned):
+        for asked, where in ((goals, around), (near, free)):
             for _ in range(STEPS):
-                law.step(asked, around, 0.0)
+                law.step(asked, where, 0.0)
     _warm_planner(limb, body, start.q_rad, around.world)
 
 
