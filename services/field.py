@@ -10,6 +10,8 @@ the last good ones hold. What a source has sent stays when it falls silent. docs
 all.
 """
 
+import contextlib
+
 import msgspec
 import numpy as np
 
@@ -91,6 +93,9 @@ class Field(Service):
     def warm(self) -> "Field":
         """Compile what is compiled before somebody waits for it."""
         warm_modes(self._driver, self._limb, self._body)
+        for mode, gains in self._driver.gains.items():
+            with contextlib.suppress(ServiceError):  # a mode that does not move such a limb
+                self._requests.spare(mode, self._limb, gains)
         return self
 
     @property

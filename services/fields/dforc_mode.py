@@ -5,7 +5,6 @@ trapped. The orientation is no part of the field: it turns to the goal's at a bo
 """
 
 from collections.abc import Mapping
-from typing import Self
 
 import numpy as np
 
@@ -79,12 +78,6 @@ class DforcMode:
             alone = scene_of([], [as_ellipsoid(seen)], self._params)
             found[seen.name] = _size(repulsion(state.position_m, alone))
         return found
-
-    def twin(self) -> Self:
-        """The same points."""
-        other = type(self)(self._limb, self._gains)
-        other.begin(Start(q_rad=np.zeros(0), dq_rad_s=np.zeros(0), hands=self._hands))
-        return other
 
     def _moved(self, hand: HandPoint, goal: HandGoal | None, around: Surroundings) -> HandPoint:
         scene = self._scene(hand, goal, around)

@@ -6,7 +6,7 @@ begins where it is told, and a change of its gains never moves a point.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, Self
+from typing import Protocol
 
 import numpy as np
 
@@ -104,9 +104,6 @@ class FieldMode(Protocol):
 
     def forces(self, goals: Goals | None, around: Surroundings) -> dict[str, float]:
         """Force of every field by name [N], where the mode works with forces."""
-
-    def twin(self) -> Self:
-        """Another one that stands and moves as this one does, for a roll-out."""
 
 
 class ModeOf(Protocol):

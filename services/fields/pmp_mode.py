@@ -5,7 +5,6 @@ goal, and the time base does not promise that it gets there.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Self
 
 import numpy as np
 
@@ -87,10 +86,6 @@ class PmpMode:
         self._goal_m = None
         self._still = self._standstill()
 
-    def resume(self, state: PmpState, goal_m: Vector | None) -> None:
-        """Go on from there, to a goal there."""
-        self._state, self._goal_m = state, goal_m
-
     def step(self, goals: Goals | None, around: Surroundings, lag_m: float) -> Motion:  # noqa: ARG002
         """The arm gives way to the forces; without a goal it stands."""
         state, goal = self._at(), goals[0] if goals else None
@@ -119,12 +114,6 @@ class PmpMode:
             alone = scene_of([], [as_ellipsoid(seen)], self._params())
             found[seen.name] = float(np.linalg.norm(repulsion(vector3(state.position_m), alone)))
         return found
-
-    def twin(self) -> Self:
-        """The same arm."""
-        other = type(self)(self._limb, self._gains)
-        other.resume(self._at(), self._goal_m)
-        return other
 
     def _standstill(self) -> Standstill:
         return Standstill(HELD_BACK) if self._gains["limits"] else Standstill()

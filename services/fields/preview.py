@@ -45,7 +45,7 @@ class PreviewJob:
         """
         if not 0.0 <= duration_s <= LONGEST_S:
             raise ConfigError(f"a preview lasts up to {LONGEST_S:g} s, not {duration_s:g} s")
-        self._law = law
+        self.law = law
         self._limb = limb
         self._goal = goal
         self._seen = seen
@@ -71,7 +71,7 @@ class PreviewJob:
             self._failure = f"looked at {done_s:.1f} s of it in {most_s:g} s, and at no more"
             return True
         share = BUSY_SHARE if busy else 1
-        for _ in range(max(1, self._law.preview_steps // share)):
+        for _ in range(max(1, self.law.preview_steps // share)):
             if self._step >= self._steps or self._is_over():
                 return True
             try:
@@ -90,7 +90,7 @@ class PreviewJob:
         if not arrives and not reason:
             reason = f"it takes longer than {self._steps * PERIOD_S:g} s"
         return Preview(
-            mode=self._law.name,
+            mode=self.law.name,
             limb=self._limb.name,
             arrives=arrives,
             arrival_s=self._step * PERIOD_S if arrives else math.nan,
@@ -115,7 +115,7 @@ class PreviewJob:
         goals, reason = self._goal.hands(self._limb, seen)
         if goals is None:
             raise ConfigError(reason)
-        motion = self._law.step(goals, around, 0.0)
+        motion = self.law.step(goals, around, 0.0)
         self._step += 1
         self._last = motion
         self._away_m = goal_distance_m(motion, goals)

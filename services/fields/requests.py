@@ -8,6 +8,7 @@ import numpy as np
 
 from dforc.arrays import Vector
 from dforc.errors import DforcError
+from dforc.ik.problem import IkProblem
 from services.core.errors import ConfigError, ServiceError
 from services.core.service import Inputs, Outputs
 from services.fields.answers import check_action, gains_reply, info_reply
@@ -39,6 +40,14 @@ class Situation:
     answer: Vector | None  # posture that the limb in use is led to
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Spare:
+    """A mode for previews: to make one may take longer than a period."""
+
+    law: FieldMode
+    problem: IkProblem  # of the limb as it was set up then
+
+
 class FieldRequests:
     """Served by the field."""
 
@@ -56,6 +65,7 @@ class FieldRequests:
         self._sources = sources
         self._goals = goals
         self._previews: deque[tuple[int, PreviewJob]] = deque()
+        self._spares: dict[tuple[str, str], Spare] = {}
 
     def take(self, now_ns: int, inputs: Inputs, outputs: Outputs, here: Situation) -> None:
         """Answer what is new, but for previews."""
@@ -124,19 +134,28 @@ class FieldRequests:
         driver = self._driver
         mode = request.mode or driver.mode
         gains = driver.changed(mode, request.gains, request.preset)
-        moving = driver.motion is not None and driver.goal is not None
-        if moving and driver.goal is not None and driver.goal.limb == goal.limb:
-            if mode == driver.mode and driver.law is not None:
-                law = driver.law.twin()
-                law.use(gains)
-                return law
-            if driver.motion is not None:
-                law = self._makers[mode](limb, gains)
-                law.begin(start_from(limb, driver.motion, here.answer))
-                return law
-        reading = here.readings.recent(limb.name)
-        if reading.missing:
-            raise ConfigError(f"where the hand is is not known: {reading.missing}")
+        if driver.motion is not None and driver.goal is not None and driver.goal.limb == goal.limb:
+            start = start_from(limb, driver.motion, here.answer)
+        else:
+            reading = here.readings.recent(limb.name)
+            if reading.missing:
+                raise ConfigError(f"where the hand is is not known: {reading.missing}")
+            start = start_at(limb, np.array(reading.q_rad))
+        law = self.spare(mode, limb, gains)
+        law.begin(start)
+        return law
+
+    def spare(self, mode: str, limb: FieldLimb, gains: Mapping[str, float]) -> FieldMode:
+        """A mode that moves nothing: one that was made before, unless a preview uses it.
+
+        Raises:
+            ServiceError: the mode does not move such a limb.
+        """
+        kept = self._spares.get((mode, limb.name))
+        in_use = [job.law for _, job in self._previews]
+        if kept is not None and kept.problem is limb.problem and kept.law not in in_use:
+            kept.law.use(gains)
+            return kept.law
         law = self._makers[mode](limb, gains)
-        law.begin(start_at(limb, np.array(reading.q_rad)))
+        self._spares[mode, limb.name] = Spare(law, limb.problem)
         return law

@@ -5,7 +5,6 @@ What it keeps clear of: obstacles, the rest of the body and the other arm, with 
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Self
 
 import numpy as np
 
@@ -109,17 +108,6 @@ class UlnaMode:
     def forces(self, goals: Goals | None, around: Surroundings) -> dict[str, float]:  # noqa: ARG002
         """None: it works with speeds."""
         return {}
-
-    def twin(self) -> Self:
-        """Another arm at the same posture and speed; it looks for its own way."""
-        other = type(self)(self._limb, self._gains, self._plain, self._frames)
-        if self._output is not None:
-            q_rad, dq_rad_s = self._output.q_rad, self._output.dq_rad_s
-            other.begin(Start(q_rad=q_rad, dq_rad_s=dq_rad_s, hands=()))
-        elif self._has_begun:
-            q_rad = self._arm.q_rad
-            other.begin(Start(q_rad=q_rad, dq_rad_s=np.zeros(len(q_rad)), hands=()))
-        return other
 
 
 def arm_params(gains: Mapping[str, float]) -> ArmParams:
