@@ -55,14 +55,15 @@ def dforc_fig6(
     """Figure 6: a hand follows a moving ball past a descending one, both seen with noise.
 
     With the paper's field and constants, and with this project's on the same runs; behind the
-    virtual point an arm that does what the Cartesian controller says.
+    virtual point an arm that does what the Cartesian controller says, then the emulated robot's
+    boards in virtual time, which takes some minutes.
 
     Example: ulna experiment dforc-fig6 --seed 3 --plot trails.png
 
     Args:
         seed: draws the balls' ways and the noise.
         runs: with one seed after another; the plot shows the first.
-        short: two runs.
+        short: two runs, and no boards.
         json_file: write every value there.
         plot: write the four trails there.
     """
