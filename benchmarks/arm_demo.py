@@ -59,6 +59,7 @@ def demo_rows(seeds: range, *, virtual: bool, stiff: bool = False) -> list[Row]:
         at_most(f"{what}: runs with a contact", sum(n <= 0.0 for n in nearest), "", 0),
         at_most(f"{what}: runs that failed", sum(bool(shown.failure) for shown in found), "", 0),
         Row(f"{what}: runs with a joint made stiff", sum(bool(s.faults) for s in found), ""),
+        Row(f"{what}: plant time over the clock's, slowest", min(s.realtime for s in found), ""),
         Row(f"{what}: nearest to the ball, of all", min(nearest), "mm"),
         Row(f"{what}: nearest to the ball, median", float(np.median(nearest)), "mm"),
         Row(f"{what}: goals reached to 10 mm", 100.0 * reached / max(1, asked), "%"),
@@ -72,7 +73,8 @@ def line(shown: Shown) -> str:
     states = ", ".join(f"{name} {count}" for name, count in sorted(shown.states.items()))
     text = (
         f"seed {shown.seed}: nearest {1e3 * near.distance_m:.1f} mm ({near.pair[0]}, at "
-        f"{shown.verdict.obstacle_s:.2f} s), {shown.reached} of {shown.asked} goals; {states}"
+        f"{shown.verdict.obstacle_s:.2f} s), {shown.reached} of {shown.asked} goals, "
+        f"realtime {shown.realtime:.2f}; {states}"
     )
     return "; ".join([text, *shown.faults, *([shown.failure] if shown.failure else [])])
 

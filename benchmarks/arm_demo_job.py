@@ -44,8 +44,17 @@ class Shown:
     times_s: list[float] = field(default_factory=list)
     verdict: Verdict = field(default_factory=Verdict)
     states: dict[str, int] = field(default_factory=dict)
+    first: tuple[int, int] | None = None  # the plant's milliseconds and the clock's ns, of the
+    last: tuple[int, int] | None = None  # judged motion: both must go on alike
     faults: tuple[str, ...] = ()  # that the HAL met by itself, such as a joint near its limit
     failure: str = ""
+
+    @property
+    def realtime(self) -> float:
+        """Plant time over the clock's: 1 where the stack keeps its time."""
+        if self.first is None or self.last is None or self.last[1] == self.first[1]:
+            return 0.0
+        return 1e6 * (self.last[0] - self.first[0]) / (self.last[1] - self.first[1])
 
 
 class ArmDemo(Reach):
@@ -146,6 +155,8 @@ class ArmDemo(Reach):
         if not self._columns:
             self._columns = [truth.joints.index(name) for name in self._setting.body.joints]
         q = np.array(truth.q_rad)[self._columns]
+        self.shown.last = truth.ticks, truth.stamp_ns
+        self.shown.first = self.shown.first or self.shown.last
         now = Standing(q, self._ball.at(self._time_s(truth.stamp_ns))[None, :])
         if self._before is not None:
             from_ns, before = self._before
