@@ -26,6 +26,7 @@ import numpy as np
 from dforc.arrays import ArrayLike, Matrix, Vector, finite_vector
 from dforc.errors import DforcError, NotFiniteError
 from dforc.signals.differentiation import (
+    DENSEST_S,
     FASTEST_RAD_S,
     JUMP_RAD,
     JUMP_RAD_S,
@@ -37,6 +38,7 @@ from dforc.signals.history import History
 DELAY_S = 0.08
 GAP_S = 0.1  # a longer silence starts anew
 MOST_SAMPLES = 1024  # of 0.16 s: 6 kHz
+PACE_S = 0.01  # over less, late arrivals tell a joint's speed wrong: two may be 50 us apart
 
 # Coefficients of g = (1 - u^2)^3 * 35/32 in u, lowest power first, and of its antiderivatives.
 BELL = np.array([1.0, 0.0, -3.0, 0.0, 3.0, 0.0, -1.0]) * 35.0 / 32.0
@@ -163,6 +165,10 @@ class MatchedMotion(MatchedFilter):
     A joint that leaves its path by more than motion can is flagged in `jumped` (n,) for that one
     sample, and its history is moved along, so the jump enters neither velocity nor acceleration.
     One that jumps again and again is taken to stand still.
+
+    Samples may come out of pace: one late and the next on its heels, or two parts of the robot one
+    after the other, the first with the other's old angles. So the path is told over `PACE_S` and
+    more, and a sample that comes early may be off it by what the joint does in the missing time.
     """
 
     __slots__ = ("_restless", "jumped", "n")
@@ -188,10 +194,15 @@ class MatchedMotion(MatchedFilter):
         self.jumped = np.zeros(self.n, dtype=np.bool_)
         if len(values) and at_s > instants[-1]:
             step_s = float(at_s - instants[-1])
-            moved, bound_rad = np.zeros(self.n), JUMP_RAD + FASTEST_RAD_S * step_s
-            if len(values) > 1:
-                moved = (values[-1] - values[-2]) * (step_s / float(instants[-1] - instants[-2]))
-                bound_rad = JUMP_RAD + JUMP_RAD_S * step_s
+            moved: Vector = np.zeros(self.n)
+            bound_rad: Vector = np.full(self.n, JUMP_RAD + FASTEST_RAD_S * step_s)
+            start = max(int(np.searchsorted(instants, instants[-1] - PACE_S, side="right")) - 1, 0)
+            span_s = float(instants[-1] - instants[start])
+            if span_s >= DENSEST_S:
+                speed_rad_s = (values[-1] - values[start]) / span_s
+                moved = speed_rad_s * step_s
+                early_s = max(float(instants[-1] - instants[-2]) - step_s, 0.0)
+                bound_rad = JUMP_RAD + JUMP_RAD_S * step_s + np.abs(speed_rad_s) * early_s
             moved[self._restless >= PATIENCE] = 0.0
             excess = sample - values[-1] - moved
             self.jumped = np.abs(excess) > bound_rad

@@ -79,6 +79,23 @@ def test_a_free_swing_is_no_touch(arms: RobotFile) -> None:
     assert max(np.linalg.norm(contact.force_n) for contact in contacts) < 0.6
 
 
+def test_an_arm_whose_state_comes_a_little_late_is_not_touched(arms: RobotFile) -> None:
+    """As on a busy machine: the other parts' states make a step of their own, just before."""
+    stand = Stand(arms)
+    stand.calibrate()
+    stand.dq_rad_s = np.full(len(stand.q_rad), 0.3)
+    stand.run(300)
+    stand.late = {"left_arm"}
+    stand.run(4)
+    stand.late = set()
+    strongest_n = 0.0
+    for _ in range(20):
+        stand.run(10)
+        assert not stand.contact("l_arm_ft").touching
+        strongest_n = max(strongest_n, math.hypot(*stand.contact("l_arm_ft").force_n))
+    assert strongest_n < 0.3
+
+
 def test_a_push_on_the_forearm_is_found_there_and_leaves_the_wrist_free(arms: RobotFile) -> None:
     stand = pushed(arms, "l_forearm_dh_frame", (0.0, 0.0, 0.0))
     turn, _ = stand.model.tip_pose(stand.q_rad)

@@ -22,6 +22,7 @@ POSITION_DIRECT = 0x08
 NOISE = np.array([0.02, 0.02, 0.02, 0.001, 0.001, 0.001])  # N, Nm; below what any test looks at
 OFFSET = np.array([1.5, -1.0, 0.7, 0.05, -0.08, 0.02])
 STATE_EVERY_MS = 4
+LATE_NS = 50_000
 BENT_RAD = 0.3  # every joint: no posture that the model knows by heart
 NOT_FELT = "root_link"
 
@@ -58,6 +59,7 @@ class Stand:
         self.gains: dict[str, Vector] = {}  # what a reading has to be multiplied with
         self.faults: dict[str, str | float | None] = {}
         self.unheard: set[str] = set()  # parts
+        self.late: set[str] = set()  # parts whose states come in a step of their own
         self.others: dict[AnyStream, Message] = {}  # for the coming step
         self._random = np.random.default_rng(seed)
         self._pushed = pushed
@@ -73,8 +75,18 @@ class Stand:
     def run(self, milliseconds: int) -> None:
         """Let time pass; joints go on at their speeds."""
         for _ in range(milliseconds):
-            self.bench.put_together(self.batch())
-            self.bench.clock.advance_ns(NS_PER_MS)
+            batch = self.batch()
+            states: list[AnyStream] = [
+                part.state for part in self.body.parts if part.name in self.late
+            ]
+            late: dict[AnyStream, Message] = {
+                state: batch.pop(state) for state in states if state in batch
+            }
+            self.bench.put_together(batch)
+            if late:
+                self.bench.clock.advance_ns(LATE_NS)
+                self.bench.put_together(late)
+            self.bench.clock.advance_ns(NS_PER_MS - (LATE_NS if late else 0))
             self._ticks += 1
             self._move()
 

@@ -9,6 +9,7 @@ from benchmarks.ft_rows import phantom_forces_n
 from dforc.arrays import Vector
 from dforc.errors import NotFiniteError
 from dforc.signals.delay_match import DELAY_S, MatchedFilter, MatchedMotion, NoSampleError
+from dforc.signals.differentiation import QUANTUM_RAD
 
 W = 2.0 * math.pi
 
@@ -81,6 +82,44 @@ def test_jump_of_an_encoder_enters_no_derivative() -> None:
         worst = max(worst, abs(smooth.motion(t).ddq_rad_s2[0] - broken.motion(t).ddq_rad_s2[0]))
     assert worst < 0.5  # of the swing's 11.8 rad/s2
     assert broken.motion(t).q_rad[0] == pytest.approx(smooth.motion(t).q_rad[0] + 1.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("speed_rad_s", [0.0, 0.4, 2.0])
+@pytest.mark.parametrize("late", [False, True], ids=["two parts apart", "one sample late"])
+@pytest.mark.parametrize("period_s", [0.004, 0.008])
+def test_sample_on_the_heels_of_another_is_no_jump(
+    speed_rad_s: float, late: bool, period_s: float
+) -> None:
+    """Neither in motion nor at rest, where the encoder may flicker just then."""
+    motion = MatchedMotion(1)
+    worst_rad = 0.0
+    for tick in range(100):
+        t_s, q_rad = tick * period_s, speed_rad_s * tick * period_s
+        if tick == 50:  # what the tick before has told comes late, or is told once more
+            motion.push([q_rad - speed_rad_s * period_s], t_s - 5e-5)
+            assert not motion.jumped[0]
+            q_rad += QUANTUM_RAD
+        if tick != 49 or not late:
+            motion.push([q_rad], t_s)
+            assert not motion.jumped[0]
+        if t_s > 2.0 * DELAY_S:
+            error_rad = motion.motion(t_s).q_rad[0] - speed_rad_s * (t_s - DELAY_S)
+            worst_rad = max(worst_rad, abs(error_rad))
+    assert worst_rad < QUANTUM_RAD + 0.1 * speed_rad_s * period_s
+
+
+def test_jump_is_found_between_samples_that_come_out_of_pace() -> None:
+    motion = MatchedMotion(1)
+    found = []
+    for tick in range(60):
+        t, q = tick * 0.008, 0.4 * tick * 0.008 + (0.1 if tick >= 40 else 0.0)
+        if tick >= 30:
+            motion.push([q - 0.4 * 0.008 - (0.1 if tick == 40 else 0.0)], t)
+            found += [tick] * int(motion.jumped[0])
+            t += 5e-5
+        motion.push([q], t)
+        found += [tick] * int(motion.jumped[0])
+    assert found == [40]
 
 
 def test_joint_that_stops_dead_is_at_rest_when_the_window_has_passed() -> None:
