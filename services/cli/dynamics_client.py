@@ -19,7 +19,7 @@ MessageT = TypeVar("MessageT", bound=msgspec.Struct)
 
 SHORT_PATIENCE_S = 0.5
 CALIBRATION_PATIENCE_S = 120.0
-REST_PATIENCE_S = 3.0  # for a limb to come to rest: a drop onto a stop is over in half a second
+REST_PATIENCE_S = 3.0  # for a hand to leave, and the limb to come to rest
 ASK_AGAIN_NS = 50 * NS_PER_MS
 
 
@@ -33,8 +33,8 @@ class DynamicsClient(StackClient):
     def ask_at_rest(self, request: DynamicsRequest) -> bool:
         """`ask`, and again for a moment while a touch is all that is in the way.
 
-        A limb that jerks, or drops onto a stop, shows its sensor more than the model explains; that
-        ends by itself. A touch that stays is told as always.
+        A hand that is just leaving, or a limb that swings out or strikes its stop needs no word.
+        A touch that stays is told as always.
         """
         end_ns = self.clock.now_ns() + round(REST_PATIENCE_S * NS_PER_S)
         while True:
