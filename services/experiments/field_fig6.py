@@ -29,8 +29,8 @@ EXPLANATION = """\
 K = 4 N/m, D = 8 Ns/m, G = 10 N, obstacle 5 cm, T = 0.6 s, places with 10 mm of noise on each axis
 every 10 ms. Both fields see the same places; distances are from the true balls, of the bare point
 and of the hand's frame. The paper shows one run of this and gives no numbers. ulna has K = 9, D = 6
-and filters what it sees, as a bare point. The perfect arm is where the Cartesian controller puts it.
-On the boards the field service moves the hand, first seed only: the whole arm in ulna."""
+and filters what it sees; the bare point of it. The arm is perfect: where the Cartesian controller
+puts it. On boards the field service moves the hand, in the first run only: ulna the whole arm."""
 
 
 @dataclass(frozen=True, eq=False)
