@@ -45,10 +45,12 @@ def test_an_object_that_is_moved_without_a_velocity_has_it_estimated_until_it_re
 ) -> None:
     ball = shelf.add(BALL)
     ball.move((0.4, 0.0, 0.0), covariance_m2=(1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4))
-    assert ball.item.velocity_m_s is None
-    assert ball.item.covariance_m2 is not None
+    moving = ball.item
+    assert moving.velocity_m_s is None
+    assert moving.covariance_m2 is not None
     ball.rest()
-    assert (ball.item.position_m, ball.item.velocity_m_s) == ((0.4, 0.0, 0.0), (0.0, 0.0, 0.0))
+    resting = ball.item
+    assert (resting.position_m, resting.velocity_m_s) == ((0.4, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def test_what_is_no_place_changes_nothing(
@@ -65,7 +67,7 @@ def test_what_is_no_place_changes_nothing(
 
 def test_a_name_is_given_once_and_again_after_its_object_is_gone(shelf: ObjectShelf) -> None:
     ball = shelf.add(BALL)
-    with pytest.raises(ServiceError, match="there is an object 'ball'; move it by its handle"):
+    with pytest.raises(ServiceError, match="there is an object 'ball' already; move it by"):
         shelf.add(BALL)
     ball.remove()
     with pytest.raises(ServiceError, match="object 'ball' has been removed"):
