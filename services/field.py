@@ -115,7 +115,7 @@ class Field(Service):
         motion = self._move(now_ns, status, seen, around)
         if motion is not None and self._driver.goal is not None:
             outputs.put(VIRTUAL_POINT, self._driver.point(now_ns, motion, self._driver.goal))
-        self._requests.advance(now_ns, outputs, busy=motion is not None)
+        self._requests.advance(outputs, busy=motion is not None)
         self._steps += 1
         if self._steps % STATUS_EVERY_STEPS == 0:
             self._report(now_ns, inputs, outputs, seen, around)

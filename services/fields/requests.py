@@ -79,12 +79,12 @@ class FieldRequests:
             except (ServiceError, DforcError) as error:
                 outputs.reply(FIELD_CALL, token, FieldReply(ok=False, reason=str(error)))
 
-    def advance(self, now_ns: int, outputs: Outputs, *, busy: bool) -> None:
+    def advance(self, outputs: Outputs, *, busy: bool) -> None:
         """Go on with the oldest preview; `busy`: a point is in motion, which comes first."""
         if not self._previews:
             return
         token, job = self._previews[0]
-        if job.advance(now_ns, busy=busy):
+        if job.advance(busy=busy):
             self._previews.popleft()
             outputs.reply(FIELD_CALL, token, FieldReply(ok=True, preview=job.result()))
 
