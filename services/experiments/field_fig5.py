@@ -26,7 +26,7 @@ from services.experiments.reporting import tell_motion, working
 from services.experiments.rows import Row, at_most, publish
 from services.robotfile.robot_tables import RobotFile
 
-OTHERS, SHORT_OTHERS = 4, 0  # targets of each kind beside the figure's, with the first plant
+OTHERS, SHORT_OTHERS = 8, 0  # targets of each kind beside the figure's, with the first plant
 RUNS, SHORT_RUNS = 10, 1
 POSITION_MM, ORIENTATION_DEG = 2.0, 1.0
 
