@@ -95,7 +95,7 @@ class Pmp:
             duration_s=params.duration_s,
             epsilon=params.epsilon,
             clamped=params.clamped,
-            integrates=params.variant is Variant.A,
+            integrates=params.variant == Variant.A,
         )
 
     def hand(self, q_rad: Vector) -> tuple[Matrix, Vector]:
