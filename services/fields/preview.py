@@ -20,7 +20,7 @@ USUAL_S = 15.0
 LONGEST_S = 60.0
 POINT_EVERY = 5  # periods
 BUSY_SHARE = 4  # of the periods are left where a point is in motion
-MOST_TURNS = 2000  # steps of the service for one path: who asks gives up some time, too
+MOST_TURNS = 4000  # steps of the service for one path: who asks gives up some time, too
 PATIENCE_S = 3.0  # with a state in which nothing goes on
 ENDING = ("waiting", "unreachable", "idle")
 
