@@ -25,7 +25,7 @@ from dforc.virtual_arm.motion import ArmMotion
 from dforc.virtual_arm.params import ArmParams
 from dforc.virtual_arm.pursuit import Gait, Pursuit, Situation
 
-POSITION_WEIGHT, TURN_WEIGHT = 1e4, 1.0  # (m/s)^-2, (rad/s)^-2: the position is the condition
+POSITION_WEIGHT, TURN_WEIGHT = 1e5, 1.0  # (m/s)^-2, (rad/s)^-2: the position is the condition
 POSTURE_WEIGHT = 0.02
 POSTURE_PULL_1_S = 2.0
 LEANING_SHARE = 0.5  # of the joints' speeds
@@ -117,6 +117,11 @@ class VirtualArm:
         Raises:
             NotFiniteError, ShapeError: what is no number or has another shape; nothing has moved.
         """
+        if not all(np.isfinite(values).all() for values in world):
+            raise NotFiniteError("an obstacle is not finite")
+        for goal in goals or ():
+            if goal is not None and not goal.is_finite:
+                raise NotFiniteError(f"a goal at {goal.position_m}, {goal.velocity_m_s} m/s")
         N = len(self._motion.body.joints)
         others_q = finite_vector("joints of the body", others_q, N)
         others_dq = finite_vector("their speeds", others_dq, N)

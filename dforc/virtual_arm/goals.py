@@ -36,6 +36,12 @@ class TipGoal:
             finite_vector("velocity of the goal", velocity_m_s, 3),
         )
 
+    @property
+    def is_finite(self) -> bool:
+        """Whether all of it are numbers."""
+        values = (self.position_m, self.velocity_m_s, self.rotation)
+        return all(one is None or bool(np.isfinite(one).all()) for one in values)
+
 
 class ArmState(StrEnum):
     """What the virtual arm is doing."""

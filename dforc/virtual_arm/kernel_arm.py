@@ -64,10 +64,12 @@ def surfaces(
     period_s: float,
     limb_gradients: Matrix,
     floors: Vector,
+    pushes: Vector,
 ) -> int:
     """Least speed of every distance, and its derivative by the limb's joints. Index of the nearest.
 
-    A distance may shrink by a share of what is left of it beyond the margin, and grows out of it.
+    A distance may shrink by a share of what is left of it beyond the margin, and grows out of it:
+    that part is its push.
     The speeds of obstacles (drifts) and of joints that are not the limb's count.
     """
     nearest, least = -1, np.inf
@@ -84,7 +86,9 @@ def surfaces(
             moved += abs(gradients[k, columns[j]])
             drift -= gradients[k, columns[j]] * others_dq[columns[j]]
         rate = -rate_in * left if left >= 0.0 else -withdraw * left
-        floors[k] = rate - drift if moved > UNMOVED_M else -np.inf
+        floors[k], pushes[k] = rate - drift, max(0.0, rate)
+        if moved <= UNMOVED_M:
+            floors[k], pushes[k] = -np.inf, 0.0
         if left < least:
             nearest, least = k, left
     return nearest

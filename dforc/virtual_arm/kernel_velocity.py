@@ -2,8 +2,9 @@
 
 Cost: (J dq - v)' W (J dq - v) of the hands and (dq - dq_w)' P (dq - dq_w) of the posture.
 Kept: speeds of the joints, limits and rows (not faster than they can be braked), and for every
-surface that is near the speed towards it. What cannot be kept is missed by the same speed on all
-surfaces, by as little as can be.
+surface that is near the speed towards it. What cannot be kept is missed by as little as can be:
+first the arm leaves margins more slowly, and comes nearer to nothing for it; only if something
+comes nearer by itself are all surfaces missed, by the same speed.
 """
 
 from typing import NamedTuple
@@ -18,7 +19,7 @@ QP_ROOM_ROWS = 7
 MISS_WEIGHT = 1e9  # (m/s)^-2 of speed by which the surfaces are missed, against 1e4 of the hand's
 LIMIT_1_S = 12.0  # largest speed towards a limit, over the distance left
 RETURN_RAD_S = 0.3  # fastest way back inside of a limit
-AS_WANTED, FASTER, MISSED, STOPPED = 0, 1, 2, 3  # how an answer came about
+AS_WANTED, FASTER, EASED, MISSED, STOPPED = 0, 1, 2, 3, 4  # how an answer came about
 
 
 class Wishes(NamedTuple):
@@ -40,11 +41,13 @@ class Keeping(NamedTuple):
     speeds: Vector  # (n,) largest of each joint
     gradients: Matrix  # (>= k, n) of the distances to surfaces
     floors: Vector  # (>= k,) their least speed
+    pushes: Vector  # (>= k,) what of it leads out of a margin, 0 where there is room
 
 
 class Room(NamedTuple):
     """Scratch of the program, for n joints, m rows and k surfaces."""
 
+    missed: Vector  # (k,)
     H: Matrix  # (n + 1, n + 1)
     g: Vector  # (n + 1,)
     C: Matrix  # (n + m + k + 1, n + 1)
@@ -57,6 +60,7 @@ def room_of(n: int, m: int, k: int) -> Room:
     """Scratch for the largest program."""
     size, rows = n + 1, n + m + k + 1
     return Room(
+        np.zeros(k),
         np.zeros((size, size)),
         np.zeros(size),
         np.zeros((rows, size)),
@@ -133,8 +137,11 @@ def _smoothly(dq_before: Vector, step: float, low: Vector, high: Vector) -> None
 
 
 @compiled
-def _solve_missing(first: int, count: int, room: Room) -> int:
-    """The program with one more unknown: the speed by which all surfaces are missed."""
+def _solve_missing(first: int, count: int, most: float, room: Room) -> int:
+    """The program with one more unknown: by how much, `most` at most, surfaces are missed.
+
+    `room.missed` says by which share of that each of them is.
+    """
     n = len(room.g) - 1
     last = first + count
     for j in range(n):
@@ -144,10 +151,10 @@ def _solve_missing(first: int, count: int, room: Room) -> int:
     room.H[n, n] = MISS_WEIGHT
     room.g[n] = 0.0
     for k in range(count):
-        room.C[first + k, n] = 1.0
+        room.C[first + k, n] = room.missed[k]
     room.C[last, n] = 1.0
     room.lower[last] = 0.0
-    room.upper[last] = np.inf
+    room.upper[last] = most
     used = last + 1
     return solve_quadratic(
         room.H, room.g, room.C[:used], room.lower[:used], room.upper[:used], room.work
@@ -193,7 +200,17 @@ def choose_velocity(
     if solve_quadratic(H, g, A, room.lower[:used], room.upper[:used], small) >= 0:
         dq[:] = small[0]
         return FASTER
-    if _solve_missing(m, count, room) >= 0:
+    most = 0.0
+    for k in range(count):
+        most = max(most, keeping.pushes[k])
+    if most > 0.0:
+        for k in range(count):
+            room.missed[k] = keeping.pushes[k] / most
+        if _solve_missing(m, count, most, room) >= 0:
+            dq[:] = room.work[0, :n]
+            return EASED
+    room.missed[:count] = 1.0
+    if _solve_missing(m, count, np.inf, room) >= 0:
         dq[:] = room.work[0, :n]
         return MISSED
     dq[:] = 0.0

@@ -73,6 +73,7 @@ class ArmMotion:
         self._drifts: Vector = np.zeros(MOST_SURFACES)
         self._limb_gradients: Matrix = np.zeros((MOST_SURFACES, n))
         self._floors: Vector = np.zeros(MOST_SURFACES)
+        self._pushes: Vector = np.zeros(MOST_SURFACES)
         self._keeping = Keeping(
             limits.C,
             limits.lower,
@@ -80,6 +81,7 @@ class ArmMotion:
             self.speeds,
             self._limb_gradients,
             self._floors,
+            self._pushes,
         )
         self._frames: Matrix = np.zeros((N, 12))
         self._segments: Matrix = np.zeros((c, 6))
@@ -132,6 +134,7 @@ class ArmMotion:
             0.01,
             self._limb_gradients,
             self._floors,
+            self._pushes,
         )
 
     def _stand(self, others_q: Vector) -> None:
@@ -193,7 +196,9 @@ class ArmMotion:
         self.dq = share * dq
         self.velocity = self.jacobian @ self.dq
         moved = self.q + period_s * self.dq
-        self.q = np.minimum(np.maximum(moved, limits.lower_rad), limits.upper_rad)
+        lowest = np.minimum(limits.lower_rad, self.q)  # who begins beyond a limit does not jump
+        highest = np.maximum(limits.upper_rad, self.q)
+        self.q = np.minimum(np.maximum(moved, lowest), highest)
         return held, how == MISSED
 
     def _last_safe(self) -> Vector:
@@ -212,24 +217,24 @@ class ArmMotion:
         ahead = world._replace(centres=world.centres + period_s * world.velocities)
         share = 1.0
         for _ in range(HALVINGS):
-            self._body_q[self.columns] = self.q + share * period_s * dq
-            left = clearance(
-                self._body_q,
-                self.body.arrays,
-                ahead,
-                self.mask,
-                self._frames,
-                self._segments,
-                0.0,
-                0.0,
-                floor - 1e-6,
-            )
-            if left >= floor - 1e-6:
+            if self._left(share * period_s * dq, ahead, floor - 1e-6) >= floor - 1e-6:
                 return share
             share *= 0.5
-        return 0.0 if is_static(world) else 1.0
+        standing = self._left(np.zeros(self.n), ahead, -math.inf)
+        return 1.0 if self._left(period_s * dq, ahead, -math.inf) > standing else 0.0
 
-
-def is_static(world: World) -> bool:
-    """Whether nothing moves: standing still is then always safe."""
-    return not bool(np.any(world.velocities))
+    def _left(self, way: Vector, world: World, enough: float) -> float:
+        """Least distance of surfaces after a way (n,) from here; once below `enough` any one."""
+        self._body_q[self.columns] = self.q + way
+        left: float = clearance(
+            self._body_q,
+            self.body.arrays,
+            world,
+            self.mask,
+            self._frames,
+            self._segments,
+            0.0,
+            0.0,
+            enough,
+        )
+        return left

@@ -33,6 +33,7 @@ LOOK_EVERY = 10  # steps, along the path
 LOOKS = 150  # postures, then
 ALONG_SHARE = 0.5  # of the margin, that has to be left along a path that is followed
 PLANNED_BESIDE_M = 0.002  # a path keeps so much more than the margin, so that it can be followed
+STAYS_SHARE = 2.0  # of the tolerances that an arm keeps which has arrived
 LEAST_TRIES = 40  # searches of a posture at a margin that may be lowered yet
 
 
@@ -78,7 +79,7 @@ class Pursuit:
         self._planner = PosturePlanner(body, columns, limits, seed)
         self.progress = Progress(params.stuck_s)
         self.margin_m = self._level_m = params.margin_m
-        self._tries = self._planned = self._attempts = 0
+        self._tries = self._found = self._planned = self._attempts = 0
         self.drop()
 
     def drop(self) -> None:
@@ -126,15 +127,16 @@ class Pursuit:
             self._look_along_the_way(now)
         if self._is_there(errors, now):
             self.state = ArmState.ARRIVED
-            if self.gait is Gait.STAND:
-                self.gait = Gait.REACH
+            if self.gait is not Gait.REACH:
+                self.gait, self.way = Gait.REACH, None
+                self.progress.restart()
             return
-        known = self.state is ArmState.UNREACHABLE
-        if self.state is ArmState.ARRIVED or (known and self.progress.is_advancing):
+        stood = self.state in (ArmState.UNREACHABLE, ArmState.PLANNING)
+        if self.state is ArmState.ARRIVED or (stood and self.progress.is_advancing):
             self.state, self.reason = ArmState.REACHING, ""
         if self._retry_s > 0.0:
             self._retry_s -= period_s
-        elif self.progress.is_stuck:
+        elif self.progress.is_stuck or self.gait is Gait.STAND:
             self._find_a_way(now)
 
     def _take_goals(self, now: Situation) -> None:
@@ -142,7 +144,9 @@ class Pursuit:
         if self._goals is None or _is_beyond(self._goals, now.goals, JUMPED_M, JUMPED_RAD):
             self._take_up(now)
         elif self._searched and _is_beyond(self._searched, now.goals, MOVED_M, TURNED_RAD):
+            spent = 0 if self._found else self._tries  # a goal that goes on may be out of reach
             self._begin_search(now)
+            self._tries = spent
         self._goals = now.goals
 
     def _take_up(self, now: Situation) -> None:
@@ -164,11 +168,11 @@ class Pursuit:
             seed=self._seed + self._attempts,
         )
         self._searched = now.goals
-        self._searching, self._tries = True, 0
+        self._searching, self._tries, self._found = True, 0, 0
 
     def _go_on_searching(self) -> None:
         params = self._params
-        found = self._search.advance(params.goal_tries)
+        found = self._found = self._search.advance(params.goal_tries)
         self._tries += params.goal_tries
         self.iterations += params.goal_tries
         if found:
@@ -180,11 +184,13 @@ class Pursuit:
 
     def _find_a_way(self, now: Situation) -> None:
         """The arm is stuck."""
-        self.gait, self.way = Gait.STAND, None
         if self.state is not ArmState.UNREACHABLE:
             self.state = ArmState.PLANNING
-        if self._searching:
+        if self.gait is Gait.FOLLOW:
+            self.gait, self.way = Gait.STAND, None
+        if self._searching:  # meanwhile the hands draw nearer as far as they can
             return
+        self.gait = Gait.STAND
         if not len(self._search.postures):
             self._fail("no posture has the hand there without contact", now)
             return
@@ -250,16 +256,18 @@ class Pursuit:
         params = self._params
         off_m = max((error[0] for error in errors), default=0.0)
         off_rad = max((error[1] for error in errors), default=0.0)
-        if off_m > params.position_tolerance_m:
+        slack = STAYS_SHARE if self.state is ArmState.ARRIVED else 1.0
+        turned_rad = slack * params.orientation_tolerance_rad
+        if off_m > slack * params.position_tolerance_m:
             return False
-        if off_rad <= params.orientation_tolerance_rad:
+        if off_rad <= turned_rad:
             self.reason = ""
             return True
         if self._searching:
             return False
         found = len(self._search.postures) > 0
         best_rad = self._search.orientation_error_rad if found else math.inf
-        if off_rad > best_rad + params.orientation_tolerance_rad:
+        if off_rad > best_rad + turned_rad:
             return False
         if self._level_m > params.least_margin_m and len(now.world.kinds):
             self._lower_level()

@@ -189,6 +189,11 @@ def test_refuses_what_is_no_number_and_has_not_moved(arm: VirtualArm) -> None:
         TipGoal.checked((math.nan, 0.0, 0.0))
     with pytest.raises(NotFiniteError):
         arm.step([GOAL], NOTHING, STILL, np.array([0.0, math.inf, 0.0]), PERIOD_S)
+    with pytest.raises(NotFiniteError):
+        arm.step([TipGoal(np.full(3, np.nan))], NOTHING, STILL, STILL, PERIOD_S)
+    ball = world_of((sphere("ball", (0.3, 0.0, 0.0), 0.05),))
+    with pytest.raises(NotFiniteError):
+        arm.step([GOAL], ball._replace(centres=np.full((1, 3), np.nan)), STILL, STILL, PERIOD_S)
     with pytest.raises(ShapeError):
         arm.step([GOAL, GOAL], NOTHING, STILL, STILL, PERIOD_S)
     with pytest.raises(NotFiniteError):
@@ -196,3 +201,24 @@ def test_refuses_what_is_no_number_and_has_not_moved(arm: VirtualArm) -> None:
     with pytest.raises(ArmParamsError, match="speed_m_s"):
         ArmParams(speed_m_s=0.0)
     np.testing.assert_array_equal(arm.q_rad, START)
+
+
+def test_says_unreachable_of_a_goal_that_goes_on_beyond_its_reach(arm: VirtualArm) -> None:
+    states = set()
+    for tick in range(800):
+        turn = tick * PERIOD_S * 1.25
+        place = (0.9 + 0.08 * math.cos(turn), 0.08 * math.sin(turn), 0.0)
+        states.add(step(arm, TipGoal.checked(place)).state)
+    assert ArmState.UNREACHABLE in states
+    assert float(np.abs(arm.q_rad - START).max()) > 0.1
+
+
+def test_comes_back_from_beyond_a_limit_without_a_jump(
+    arm: VirtualArm, flat_limits: JointLimits
+) -> None:
+    beyond = START.copy()
+    beyond[2] = flat_limits.upper_rad[2] + 0.05
+    arm.begin(beyond)
+    assert float(np.abs(step(arm, None).q_rad - beyond).max()) <= 0.3 * PERIOD_S + 1e-9
+    run(arm, None, NOTHING, 1.0)
+    assert flat_limits.violation(arm.q_rad) <= 1e-9

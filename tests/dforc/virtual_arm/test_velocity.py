@@ -6,6 +6,7 @@ import pytest
 from dforc.arrays import Vector
 from dforc.virtual_arm.kernel_velocity import (
     AS_WANTED,
+    EASED,
     FASTER,
     MISSED,
     Keeping,
@@ -23,6 +24,7 @@ def choose(
     q: tuple[float, float] = (0.0, 0.0),
     before: tuple[float, float] | None = None,
     surfaces: tuple[tuple[float, float, float], ...] = (),
+    pushes: tuple[float, ...] = (),
     acceleration: float = 1e6,
 ) -> tuple[int, Vector]:
     """Speeds for a hand that moves with the joints one to one; surfaces are (gradient, floor)."""
@@ -37,6 +39,7 @@ def choose(
         np.full(2, 2.0),
         gradients,
         floors,
+        np.array([*pushes, *np.zeros(4 - len(pushes))]),
     )
     dq = np.zeros(2)
     how = choose_velocity(
@@ -85,4 +88,11 @@ def test_speeds_change_no_faster_than_they_may_unless_a_surface_asks_for_it() ->
 def test_misses_two_surfaces_that_close_in_by_the_same_speed() -> None:
     how, dq = choose((0.0, 0.0), surfaces=((1.0, 0.0, 0.3), (-1.0, 0.0, 0.1)))
     assert how == MISSED
+    assert dq[0] == pytest.approx(0.1, abs=1e-4)
+
+
+def test_leaves_a_margin_no_faster_than_another_surface_has_room() -> None:
+    out_of_it, with_room = (1.0, 0.0, 0.3), (-1.0, 0.0, -0.1)
+    how, dq = choose((0.0, 0.0), surfaces=(out_of_it, with_room), pushes=(0.3,))
+    assert how == EASED
     assert dq[0] == pytest.approx(0.1, abs=1e-4)
