@@ -1,10 +1,13 @@
 """Pose sweeps of FT sensors: which samples count, and which gain matrix is believed.
 
-A sample counts while the joints around the sensor are heard and slow, and no touch precedes or
-follows it within `HELD` looks. Touch is known only of a sensor whose offset is. A gain is believed
-if it leaves little unexplained and changes no wrench by more than the factor `MOST_GAIN`.
+A sample counts while the joints around the sensor are heard and slow, no touch precedes or follows
+it within `HELD` looks, and no look before it came late: joints and readings that have waited for a
+busy machine are filtered as if they were of when they came, each by another error. Touch is known
+only of a sensor whose offset is. A gain is believed if it leaves little unexplained and changes no
+wrench by more than the factor `MOST_GAIN`.
 """
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -19,6 +22,7 @@ from services.wholebody.sensor_bank import SensorBank
 MOST_SAMPLES = 20_000  # more than three minutes
 FEWEST_DIRECTIONS = 4  # of six that a sweep has to excite
 HELD = 15  # looks: a step of force is past the filter
+LATE_S = 0.015  # after the look before; one is due each 10 ms, and comes with the next reading
 FAST_RAD_S = 2.0  # what the filter leaves of faster swings is not one and the same for all signals
 MOST_LEFT_N, MOST_LEFT_NM = 0.5, 0.05  # that a gain may leave unexplained in any case
 MOST_LEFT_SHARE = 0.5  # of what was unexplained before, where that is more
@@ -36,8 +40,8 @@ class _Sweep:
 
     def __init__(self) -> None:
         self.samples: list[tuple[Vector, Vector]] = []
-        self.left_out = 0  # in touch, not heard or fast
-        self.quiet = 0  # looks since the last touch; negative until samples count again
+        self.left_out = 0  # in touch, fast, late or not heard
+        self.quiet = 0  # looks since the last touch or late look; negative until samples count
 
 
 class PoseSweeps:
@@ -47,6 +51,7 @@ class PoseSweeps:
         self._names = tuple(sensor.name for sensor in sensors)
         self._bank = bank
         self._sweeps: dict[int, _Sweep] = {}
+        self._looked_s = math.inf  # the first look is not late
 
     def __bool__(self) -> bool:
         return bool(self._sweeps)
@@ -78,11 +83,14 @@ class PoseSweeps:
 
         `heard` says of which sensors the joints around them are known.
         """
+        is_late, self._looked_s = now_s - self._looked_s > LATE_S, now_s
         for i, sweep in self._sweeps.items():
             if self._bank.valid[i] and is_touched(i):
                 if sweep.quiet >= 0:  # it has grown unnoticed
                     sweep.left_out += len(sweep.samples[-HELD:])
                     del sweep.samples[-HELD:]
+                sweep.quiet = -HELD
+            elif is_late:
                 sweep.quiet = -HELD
             else:
                 sweep.quiet = min(sweep.quiet + 1, 0)
@@ -109,7 +117,7 @@ class PoseSweeps:
             raw = np.array([raw for raw, _ in sweep.samples]).reshape(-1, 6)
             fit = identify_gain(raw, np.array([p for _, p in sweep.samples]).reshape(-1, 6))
         except DforcError as error:
-            left_out = f" ({sweep.left_out} in touch or fast)" if sweep.left_out else ""
+            left_out = f" ({sweep.left_out} in touch, fast or late)" if sweep.left_out else ""
             raise TaskRefusedError(f"{name}: {error}{left_out}; move the limb on") from error
         trouble = trouble_with(fit)
         if trouble:
@@ -121,7 +129,7 @@ class PoseSweeps:
         before, after = _size(fit.residual_before, 0), _size(fit.residual, 0)
         left_out = self._sweeps[sensor].left_out
         text = f"{fit.rank} of 6 directions, {before:.2f} N unexplained before, {after:.2f} N now"
-        return text + (f", {left_out} samples in touch or fast left out" if left_out else "")
+        return text + (f", {left_out} samples in touch, fast or late left out" if left_out else "")
 
 
 def trouble_with(fit: GainFit) -> str:

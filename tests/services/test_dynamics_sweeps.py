@@ -5,6 +5,7 @@ import pytest
 
 from dforc.signals.identification import identify_gain
 from services.config import load_robot
+from services.core.clock import NS_PER_MS
 from services.robotfile.robot_tables import RobotFile
 from services.wholebody.pose_sweeps import trouble_with
 from tests.services.whole_body import Stand, swing
@@ -49,7 +50,7 @@ def test_a_push_in_a_sweep_is_left_out_of_the_gain(arms: RobotFile) -> None:
     stand.run(4000)
     reply = stand.ask("identify", "l_arm_ft", value="solve")
     assert reply.ok, reply.reason
-    assert "samples in touch or fast left out" in reply.reason
+    assert "samples in touch, fast or late left out" in reply.reason
     stand.run(1000)
     health = stand.health("l_arm_ft")
     assert np.abs(health.mean[:3]).max() < 0.1
@@ -110,7 +111,22 @@ def test_a_sweep_leaves_fast_motion_out(arms: RobotFile) -> None:
     assert stand.ask("identify", "l_arm_ft", value="start").ok
     stand.run(300)
     assert stand.health("l_arm_ft").samples == 0
-    assert "in touch or fast)" in stand.ask("identify", "l_arm_ft", value="solve").reason
+    assert "in touch, fast or late)" in stand.ask("identify", "l_arm_ft", value="solve").reason
+
+
+def test_a_sweep_leaves_out_what_a_stall_has_mixed_up(arms: RobotFile) -> None:
+    """Joints and readings that waited for the process are not of one and the same instant."""
+    stand = Stand(arms)
+    stand.calibrate()
+    assert stand.ask("identify", "l_arm_ft", value="start").ok
+    stand.run(400)
+    before = stand.health("l_arm_ft").samples
+    assert before > 20
+    stand.bench.clock.advance_ns(20 * NS_PER_MS)
+    stand.run(140)
+    assert stand.health("l_arm_ft").samples <= before + 10  # up to the stall, since that health
+    stand.run(200)
+    assert before + 10 < stand.health("l_arm_ft").samples < before + 30
 
 
 def test_a_sweep_does_not_begin_in_touch(arms: RobotFile) -> None:
