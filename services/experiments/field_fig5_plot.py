@@ -18,6 +18,7 @@ from services.messages import Obstacle
 
 SIGMAS = 3.0  # the band, either way
 COLUMNS = 3
+STRAIGHT_M = 1e-5
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -86,4 +87,7 @@ def _view(panel: Panel) -> Matrix:
         away = np.array([np.array(panel.ball.centre_m) - panel.start_m])
     across = away - np.outer(away @ along, along)
     farthest = across[int(np.argmax(np.linalg.norm(across, axis=1)))]
+    if np.linalg.norm(farthest) < STRAIGHT_M:  # nothing to be seen: across the flattest axis
+        axis = np.eye(3)[int(np.argmin(np.abs(along)))]
+        farthest = axis - (axis @ along) * along
     return np.array([along, farthest / np.linalg.norm(farthest)])
