@@ -23,7 +23,8 @@ from dforc.virtual_arm.goals import ArmOutput, ArmState, TipGoal
 from dforc.virtual_arm.kernel_arm import hand_speed
 from dforc.virtual_arm.motion import ArmMotion
 from dforc.virtual_arm.params import ArmParams
-from dforc.virtual_arm.pursuit import Gait, Pursuit, Situation
+from dforc.virtual_arm.pursuit import Gait, Pursuit
+from dforc.virtual_arm.situation import Situation
 
 POSITION_WEIGHT, TURN_WEIGHT = 1e5, 1.0  # (m/s)^-2, (rad/s)^-2: the position is the condition
 POSTURE_WEIGHT = 0.02
@@ -131,7 +132,7 @@ class VirtualArm:
             raise ShapeError(f"{len(goals)} goals for {len(self._motion.tips)} hands")
         asked = None if goals is None or all(goal is None for goal in goals) else tuple(goals)
         motion, pursuit = self._motion, self._pursuit
-        motion.look(world, others_q, others_dq, pursuit.margin_m)
+        motion.look(world, others_q, others_dq, pursuit.margin_m, dt_s)
         errors = self._errors(asked)
         if asked is None:
             if pursuit.state is not ArmState.IDLE:
@@ -252,7 +253,10 @@ class VirtualArm:
             names = motion.body.capsules
             clearance_m = float(motion.distances[k])
             obstacle = max(other, -1)
-            nearest = (names[capsule], "obstacle" if other >= 0 else names[-1 - other])
+            nearest = (names[capsule], "an obstacle" if other >= 0 else names[-1 - other])
+        if clearance_m < 0.0:
+            state = ArmState.WAITING if state is ArmState.ARRIVED else state
+            reason = f"{nearest[0]} is {-1e3 * clearance_m:.0f} mm inside {nearest[1]}"
         way = pursuit.way
         return ArmOutput(
             q_rad=constant(motion.q),

@@ -27,6 +27,8 @@ def hand_speed(
 ) -> None:
     """Eq. 3 for unit mass, its speed limited: wanted = dx + dt D (v - dx), v = (K/D) left + dx_t.
 
+    A goal that is faster than the hand may be is followed as fast as it may.
+
     Args:
         left: from the hand to the goal (3,) [m], or a rotation vector [rad].
         speed: of the hand before (3,).
@@ -39,13 +41,15 @@ def hand_speed(
         wanted: the hand's next speed (3,).
     """
     scale = stiffness / damping
-    size = math.sqrt(left @ left) * scale
-    if size > fastest:
-        scale *= fastest / size
+    size = 0.0
+    for i in range(3):
+        wanted[i] = scale * left[i] + goal_speed[i]
+        size += wanted[i] * wanted[i]
+    size = math.sqrt(size)
+    kept = share * fastest / size if size > fastest else share
     gain = min(1.0, period_s * damping)
     for i in range(3):
-        v = share * (scale * left[i] + goal_speed[i])
-        wanted[i] = speed[i] + gain * (v - speed[i])
+        wanted[i] = speed[i] + gain * (kept * wanted[i] - speed[i])
 
 
 @compiled

@@ -89,6 +89,7 @@ class ArmMotion:
         self._turn, self._place = np.zeros((len(tips), 9)), np.zeros((len(tips), 3))
         self._tip_columns: Matrix = np.zeros((6, N))
         self._body_q: Vector = np.zeros(N)
+        self._ahead: Vector = np.zeros(N)  # the body's other joints after this step
 
     def begin(self, q: Vector, dq: Vector) -> None:
         """Be there, at these speeds."""
@@ -101,10 +102,18 @@ class ArmMotion:
         self.params = params
         self.speeds[:] = params.speed_share * self._speed_limits
 
-    def look(self, world: World, others_q: Vector, others_dq: Vector, margin_m: float) -> None:
+    def look(
+        self,
+        world: World,
+        others_q: Vector,
+        others_dq: Vector,
+        margin_m: float,
+        period_s: float,
+    ) -> None:
         """Take in what is where, for this step."""
         arrays, params = self.body.arrays, self.params
         self._stand(others_q)
+        self._ahead = others_q + period_s * others_dq
         self.count = proximities(
             self._body_q,
             arrays,
@@ -131,7 +140,7 @@ class ArmMotion:
             params.self_margin_m,
             params.approach_1_s,
             params.withdraw_1_s,
-            0.01,
+            period_s,
             self._limb_gradients,
             self._floors,
             self._pushes,
@@ -225,6 +234,7 @@ class ArmMotion:
 
     def _left(self, way: Vector, world: World, enough: float) -> float:
         """Least distance of surfaces after a way (n,) from here; once below `enough` any one."""
+        self._body_q[:] = self._ahead
         self._body_q[self.columns] = self.q + way
         left: float = clearance(
             self._body_q,

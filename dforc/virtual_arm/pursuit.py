@@ -10,21 +10,17 @@ until there is a path that needs less.
 import math
 from collections.abc import Sequence
 from enum import Enum, auto
-from typing import NamedTuple
-
-import numpy as np
 
 from dforc.arrays import Vector
 from dforc.collision.body import Body
-from dforc.collision.obstacles import World
 from dforc.limits import JointLimits
-from dforc.rotation import angle_between
 from dforc.virtual_arm.goal_postures import GoalSearch
-from dforc.virtual_arm.goals import ArmState, TipGoal
+from dforc.virtual_arm.goals import ArmState
 from dforc.virtual_arm.motion import Indices
 from dforc.virtual_arm.params import ArmParams
 from dforc.virtual_arm.planner import PlanState, PosturePlanner
 from dforc.virtual_arm.progress import Progress
+from dforc.virtual_arm.situation import Goals, Situation, is_beyond
 from dforc.virtual_arm.way import Way
 
 MOVED_M, TURNED_RAD = 0.03, math.radians(15.0)  # a goal that has moved more: other postures
@@ -35,18 +31,6 @@ ALONG_SHARE = 0.5  # of the margin, that has to be left along a path that is fol
 PLANNED_BESIDE_M = 0.002  # a path keeps so much more than the margin, so that it can be followed
 STAYS_SHARE = 2.0  # of the tolerances that an arm keeps which has arrived
 LEAST_TRIES = 40  # searches of a posture at a margin that may be lowered yet
-
-
-Goals = tuple[TipGoal | None, ...]
-
-
-class Situation(NamedTuple):
-    """Of one step."""
-
-    goals: Goals
-    q: Vector  # (n,)
-    world: World
-    others_q: Vector  # (N,)
 
 
 class Gait(Enum):
@@ -91,6 +75,7 @@ class Pursuit:
         self.posture: Vector | None = None  # that has the hands at the goal
         self.iterations = 0
         self._goals: Goals | None = None  # of the step before
+        self._led_to: Goals | None = None  # by the path
         self._searched: Goals | None = None  # that postures are looked for
         self._searching = False
         self._planning = False
@@ -120,6 +105,7 @@ class Pursuit:
         self._take_goals(now)
         if self._searching:
             self._go_on_searching()
+            self._leave_an_old_way(now)
         if self._planning:
             self._go_on_planning(now)
             return
@@ -141,9 +127,9 @@ class Pursuit:
 
     def _take_goals(self, now: Situation) -> None:
         """Another goal, or one that has moved on."""
-        if self._goals is None or _is_beyond(self._goals, now.goals, JUMPED_M, JUMPED_RAD):
+        if self._goals is None or is_beyond(self._goals, now.goals, JUMPED_M, JUMPED_RAD):
             self._take_up(now)
-        elif self._searched and _is_beyond(self._searched, now.goals, MOVED_M, TURNED_RAD):
+        elif self._searched and is_beyond(self._searched, now.goals, MOVED_M, TURNED_RAD):
             spent = 0 if self._found else self._tries  # a goal that goes on may be out of reach
             self._begin_search(now)
             self._tries = spent
@@ -182,6 +168,13 @@ class Pursuit:
         if found >= params.enough_postures or self._tries >= most:
             self._searching = False
 
+    def _leave_an_old_way(self, now: Situation) -> None:
+        """The goal has gone on, and postures for where it is now are known."""
+        if self._searching or self.gait is not Gait.FOLLOW or self._led_to is None:
+            return
+        if len(self._search.postures) and is_beyond(self._led_to, now.goals, JUMPED_M, JUMPED_RAD):
+            self._find_a_way(now)
+
     def _find_a_way(self, now: Situation) -> None:
         """The arm is stuck."""
         if self.state is not ArmState.UNREACHABLE:
@@ -192,7 +185,8 @@ class Pursuit:
             return
         self.gait = Gait.STAND
         if not len(self._search.postures):
-            self._fail("no posture has the hand there without contact", now)
+            kept = "without contact" if len(now.world.kinds) else "within the limits"
+            self._fail(f"no posture has the hand there {kept}", now)
             return
         margin, own = self._level_m + PLANNED_BESIDE_M, self._params.self_margin_m
         self._planner.begin(
@@ -205,6 +199,7 @@ class Pursuit:
             seed=self._seed + self._attempts,
         )
         self._planning, self._planned = True, 0
+        self._led_to = now.goals
 
     def _go_on_planning(self, now: Situation) -> None:
         states = self._params.planner_states
@@ -278,20 +273,3 @@ class Pursuit:
 
     def _lower_level(self) -> None:
         self._level_m = max(self._params.least_margin_m, 0.5 * self._level_m)
-
-
-def _is_beyond(before: Goals, now: Goals, far_m: float, far_rad: float) -> bool:
-    """Whether goals differ by more than that, or in kind."""
-    for a, b in zip(before, now, strict=True):
-        if a is None or b is None:
-            if a is not b:
-                return True
-            continue
-        if float(np.linalg.norm(a.position_m - b.position_m)) > far_m:
-            return True
-        if a.rotation is None or b.rotation is None:
-            if a.rotation is not b.rotation:
-                return True
-        elif angle_between(a.rotation, b.rotation) > far_rad:
-            return True
-    return False

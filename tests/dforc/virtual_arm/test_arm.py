@@ -154,6 +154,20 @@ def test_waits_for_a_hand_that_is_left_behind(arm: VirtualArm, lag_m: float) -> 
     np.testing.assert_allclose(output.q_rad, START, atol=1e-4)
 
 
+def test_follows_a_goal_that_claims_to_be_faster_no_faster_than_it_may(arm: VirtualArm) -> None:
+    goal = TipGoal.checked(GOAL.position_m, None, (0.0, 3.0, 0.0))
+    speeds = [np.linalg.norm(step(arm, goal).tips[0].velocity_m_s) for _ in range(100)]
+    assert max(speeds) <= 1.02 * arm.params.speed_m_s
+
+
+def test_says_what_it_is_inside_of_and_never_that_it_has_arrived(arm: VirtualArm) -> None:
+    hand = step(arm, None).tips[0].position_m
+    dropped = world_of((sphere("dropped", tuple(hand.tolist()), 0.3),))
+    output = run(arm, TipGoal.checked(hand), dropped, 0.05)[-1]
+    assert output.state is not ArmState.ARRIVED
+    assert "inside an obstacle" in output.reason
+
+
 def test_stands_without_a_goal(arm: VirtualArm) -> None:
     output = run(arm, None, NOTHING, 0.2)[-1]
     assert output.state is ArmState.IDLE
@@ -181,7 +195,7 @@ def test_two_runs_are_the_same(flat_body: Body, flat_limits: JointLimits) -> Non
         arm = VirtualArm(flat_body, flat_body.joints, flat_limits, [2.0] * 3, (0,), [0.3] * 3)
         arm.begin(START)
         ends.append(run(arm, GOAL, post, 2.0)[-1].q_rad)
-    np.testing.assert_array_equal(*ends)
+    np.testing.assert_array_equal(ends[0], ends[1])
 
 
 def test_refuses_what_is_no_number_and_has_not_moved(arm: VirtualArm) -> None:
