@@ -7,6 +7,7 @@ from rich.live import Live
 
 from services.cli.complaint import complain
 from services.cli.field_tables import (
+    field_remarks,
     fields_table,
     gains_table,
     objects_table,
@@ -269,7 +270,11 @@ def _pair(word: str) -> tuple[str, float]:
 
 
 def _shown(status: FieldStatus) -> Group:
-    return Group("\n".join(status_lines(status)), fields_table(status.fields))
+    return Group(
+        "\n".join(status_lines(status)),
+        fields_table(status.fields),
+        *field_remarks(status.fields),
+    )
 
 
 def _complain(error: ServiceError) -> int:

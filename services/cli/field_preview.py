@@ -1,14 +1,14 @@
 """`ulna field preview`: paths that are not gone."""
 
-import json
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
+import cyclopts
 import msgspec
 from rich.console import Console
 
 from services.cli.complaint import complain
-from services.cli.field_tables import preview_table
+from services.cli.field_tables import preview_remarks, preview_table
 from services.core.errors import ConfigError, ServiceError
 from services.fields.client_blocking import BlockingFieldControl
 from services.fields.messages import MODES, Preview
@@ -30,7 +30,7 @@ def field_preview(
     paper: bool = False,
     duration: float = 0.0,
     plot: Path | None = None,
-    json_file: Path | None = None,
+    json_file: Annotated[Path | None, cyclopts.Parameter(name="--json")] = None,
     stack: str = "icub",
 ) -> int:
     """Show the path to a place without moving: whether it arrives, when, and how close it comes.
@@ -73,13 +73,23 @@ def field_preview(
     except ServiceError as error:
         return _complain(error)
     Console().print(preview_table(found))
+    for remark in preview_remarks(found):
+        print(remark)
     if json_file is not None:
-        text = json.dumps([msgspec.structs.asdict(one) for one in found], default=list, indent=2)
-        json_file.write_text(text + "\n", encoding="utf-8")
+        json_file.write_bytes(preview_json(found))
     for file in (plot, json_file):
         if file is not None:
             print(f"written: {file}")
     return 0 if all(one.arrives for one in found) else REFUSED
+
+
+def preview_json(found: list[Preview]) -> bytes:
+    """Previews by the names of their fields; what is not finite is null."""
+    rows = []
+    for one in found:
+        path = [msgspec.structs.asdict(point) for point in one.path]
+        rows.append(msgspec.structs.asdict(one) | {"path": path})
+    return msgspec.json.format(msgspec.json.encode(rows), indent=2) + b"\n"
 
 
 def _draw(found: list[Preview], control: BlockingFieldControl, plot: Path) -> None:

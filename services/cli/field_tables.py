@@ -52,10 +52,9 @@ def fields_table(fields: Sequence[FieldState]) -> Table:
     table.add_column("on")
     for heading in ("distance", "force N", "speed m/s", "sigma", "age s"):
         table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("remark")
     for field in fields:
         table.add_row(
-            f"{field.source}/{field.name}" if field.source else field.name,
+            _full_name(field),
             field.kind,
             "on" if field.on else "off",
             millimetres(field.distance_m),
@@ -63,9 +62,15 @@ def fields_table(fields: Sequence[FieldState]) -> Table:
             f"{math.hypot(*field.velocity_m_s):.3f}",
             millimetres(field.sigma_m),
             f"{field.age_s:.1f}",
-            field.note,
         )
     return table
+
+
+def field_remarks(fields: Sequence[FieldState]) -> Iterator[str]:
+    """What is odd about a field: too long for a cell."""
+    for field in fields:
+        if field.note:
+            yield f"{_full_name(field)}: {field.note}"
 
 
 def gains_table(mode: ModeInfo) -> Table:
@@ -108,7 +113,7 @@ def objects_table(info: FieldInfo) -> Table:
 def preview_table(previews: Sequence[Preview]) -> Table:
     """A row for each mode that was looked at."""
     table = Table(title="preview", title_justify="left", box=box.SIMPLE_HEAD, show_edge=False)
-    for heading in ("mode", "arrives", "closest", "to", "at s", "left", "remark"):
+    for heading in ("mode", "arrives", "closest", "to", "at s", "left", "state"):
         table.add_column(heading)
     for found in previews:
         table.add_row(
@@ -118,9 +123,16 @@ def preview_table(previews: Sequence[Preview]) -> Table:
             found.closest_to or "-",
             f"{found.closest_s:.2f}" if found.closest_to else "-",
             millimetres(found.final_distance_m),
-            found.reason or found.state,
+            found.state,
         )
     return table
+
+
+def preview_remarks(previews: Sequence[Preview]) -> Iterator[str]:
+    """What a path's end is due to: too long for a cell."""
+    for found in previews:
+        if found.reason:
+            yield f"{found.mode}: {found.reason}"
 
 
 def progress_line(status: FieldStatus) -> str:
@@ -131,6 +143,10 @@ def progress_line(status: FieldStatus) -> str:
     if not math.isnan(status.clearance_m):
         text += f", clearance {millimetres(status.clearance_m)}"
     return f"{text}: {status.reason}" if status.reason else text
+
+
+def _full_name(field: FieldState) -> str:
+    return f"{field.source}/{field.name}" if field.source else field.name
 
 
 def size_text(item: WorldObject) -> str:

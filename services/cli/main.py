@@ -106,10 +106,10 @@ def check_one_home() -> None:
 
 def describe(arguments: list[str]) -> None:
     """Load the verbs of the group whose list is asked for: each describes itself."""
-    if not arguments or set(arguments[1:]) - {"-h", "--help"}:
-        return
-    for group in GROUPS:
-        if arguments[0] in group.name:
+    names = [word for word in arguments if word not in {"-h", "--help"}]
+    paths = [(group, [*group.name]) for group in GROUPS] + [(objects, ["field", "objects"])]
+    for group, path in paths:
+        if names == path:
             for verb in list(group):
                 group[verb]
 

@@ -3,15 +3,20 @@
 import math
 from pathlib import Path
 
+import msgspec
 import pytest
 from rich.console import Console
 from rich.table import Table
 
-from services.cli.field_plot import draw_previews
+from dforc.collision.obstacles import Obstacle, box, cylinder, ellipsoid, sphere
+from services.cli.field_plot import draw_previews, outline
+from services.cli.field_preview import preview_json
 from services.cli.field_tables import (
+    field_remarks,
     fields_table,
     gains_table,
     objects_table,
+    preview_remarks,
     preview_table,
     progress_line,
     status_lines,
@@ -79,6 +84,8 @@ ARRIVES = Preview(
     ),
 )
 
+QUARTER = ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))  # about z
+
 
 def printed(table: Table) -> str:
     console = Console(width=200)
@@ -115,7 +122,8 @@ def test_every_field_has_a_row() -> None:
     )  # fmt: skip
     rows = printed(fields_table(fields)).splitlines()
     assert " ".join(rows[2].split()) == "goal target on 50.0 mm 0.45 0.000 0.0 mm 0.0"
-    assert " ".join(rows[3].split()) == "eyes/ball obstacle off -1.0 mm - 0.000 0.0 mm 1.3 lost"
+    assert " ".join(rows[3].split()) == "eyes/ball obstacle off -1.0 mm - 0.000 0.0 mm 1.3"
+    assert list(field_remarks(fields)) == ["eyes/ball: lost"]
 
 
 def test_gains_are_shown_with_unit_default_and_the_paper_s_value() -> None:
@@ -131,6 +139,36 @@ def test_objects_are_shown_as_a_command_line_takes_them() -> None:
 def test_a_preview_has_a_row() -> None:
     row = printed(preview_table([ARRIVES])).splitlines()[3]
     assert " ".join(row.split()) == "dforc after 2.04 s 12.3 mm hand - ball 0.90 4.0 mm arrived"
+
+
+def test_a_preview_that_does_not_arrive_tells_why_below_the_table() -> None:
+    stuck = msgspec.structs.replace(ARRIVES, mode="pmp", arrives=False, reason="in balance")
+    assert list(preview_remarks([ARRIVES, stuck])) == ["pmp: in balance"]
+
+
+def test_a_preview_is_written_by_names_with_null_for_what_is_not_finite() -> None:
+    (row,) = msgspec.json.decode(preview_json([ARRIVES]))
+    assert row["arrival_s"] == 2.04
+    assert row["path"][1]["position_m"] == [0.1, 0.0, 0.0]
+    assert row["path"][1]["clearance_m"] is None
+
+
+@pytest.mark.parametrize(
+    ("solid", "across_m", "up_m"),
+    [
+        (sphere("ball", (1.0, 2.0, 3.0), 0.5), (0.5, 1.5), (2.5, 3.5)),
+        (ellipsoid("egg", (0.0, 0.0, 0.0), (0.1, 0.2, 0.3)), (-0.1, 0.1), (-0.3, 0.3)),
+        (ellipsoid("egg", (0.0, 0.0, 0.0), (0.1, 0.2, 0.3), QUARTER), (-0.2, 0.2), (-0.3, 0.3)),
+        (box("table", (0.0, 0.0, 1.0), (0.3, 0.4, 0.02), QUARTER), (-0.4, 0.4), (0.98, 1.02)),
+        (cylinder("can", (0.0, 0.0, 0.0), 0.05, 0.2), (-0.05, 0.05), (-0.2, 0.2)),
+    ],
+)
+def test_an_outline_is_as_wide_and_as_high_as_the_solid(
+    solid: Obstacle, across_m: tuple[float, float], up_m: tuple[float, float]
+) -> None:
+    edge = outline(solid, 0, 2)
+    assert (edge[:, 0].min(), edge[:, 0].max()) == pytest.approx(across_m, abs=1e-12)
+    assert (edge[:, 1].min(), edge[:, 1].max()) == pytest.approx(up_m, abs=1e-12)
 
 
 def test_a_preview_is_drawn(tmp_path: Path) -> None:
