@@ -197,8 +197,8 @@ class BlockingFieldControl(FieldQuestions):
 
     def _silence(self) -> ServiceError:
         return ServiceError(
-            f"no field process in stack {self._stack!r}: its parts make up no limb, or it has "
-            "ended; see `ulna up`'s log"
+            f"no field process in stack {self._stack!r}: it is still starting, its parts make up "
+            "no limb, or it has ended; see `ulna up`'s log"
         )
 
     def _hear(self, status: FieldStatus) -> None:

@@ -208,8 +208,8 @@ def _install_project(root: Path) -> None:
 
 
 def _compile(root: Path) -> None:
-    """Compile the boards' inner loop ahead; what does not work here, works at the first use."""
-    say("compiling the inner loop of the emulated boards (once)")
+    """Compile the inner loops ahead; what does not work here, works at the first use."""
+    say("compiling inner loops: boards, dynamics, reaching, fields (once; a minute or two)")
     python = root / ".venv" / "bin" / "python"
     done = subprocess.run(
         [str(python), "-m", "services.warm"],
