@@ -23,7 +23,7 @@ from services.streams import ROBOT_STATUS
 
 LOOK_EVERY_NS = 20_000_000
 HUB_START_S = 30.0  # of imports, on a slow and busy machine
-READY_S = 60.0  # all processes import and build their models at once, on two cores or one
+READY_S = 180.0  # with compiled code made anew, the field takes a minute on a slow core
 FORCE_AFTER_S = GRACE_S + 1.0
 LAST_TO_STOP = ("boards", HUB.name)  # the others speak to them until their own end
 
