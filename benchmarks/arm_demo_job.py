@@ -60,8 +60,6 @@ class Shown:
 class ArmDemo(Reach):
     """Prepares as the main job does, then reaches to and fro past the ball."""
 
-    reads = (*Reach.reads, FIELD_STATUS)
-
     def __init__(self, robot: RobotFile, seed: int, *, stiff: bool = False) -> None:
         self._setting: ArmSetting = arm_setting(robot.robot.name + ":reach")
         self.shown = Shown(seed)

@@ -117,8 +117,11 @@ def conclude(console: Console, outcome: Outcome, json_file: Path, plot: Path) ->
 
 def succeeded(report: Report) -> bool:
     """Reached, without fault, loss or contact."""
-    clearance = report["min_clearance_mm"]
-    touched = isinstance(clearance, float) and clearance <= 0.0
+    kept_clear = ["min_clearance_mm"]
+    if report["field_mode"] == "ulna":  # the papers' fields know of the hand only
+        kept_clear.append("min_arm_clearance_mm")
+    clearances = [report[name] for name in kept_clear]
+    touched = any(isinstance(one, float) and one <= 0.0 for one in clearances)
     return bool(report["reached"]) and not (
         report["board_faults"] or report["frames_lost"] or touched
     )
@@ -133,6 +136,9 @@ def verdict(report: Report) -> str:
     if report["ik_status"] == "infeasible":
         away = report["ik_position_error_mm"]
         return f"[red]out of reach:[/red] the nearest feasible position is {away:.1f} mm away"
+    if report["field_state"] == "unreachable":
+        away = report["field_distance_mm"]
+        return f"[red]out of reach:[/red] {report['field_reason']}; {away:.1f} mm are left"
     return "[red]not reached[/red] within the bars; see the table"
 
 

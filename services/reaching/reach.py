@@ -1,7 +1,7 @@
 """The main job as a client of the stack: calibrate, go compliant, reach around a ball, come down.
 
-Reads   robot/status, dynamics/status, cartesian/status, and boards/plant_truth (to judge the result
-        on what the plant really did)
+Reads   robot/status, dynamics/status, cartesian/status, field/status, and boards/plant_truth (to
+        judge the result on what the plant really did)
 Writes  field/goal, field/objects
 Calls   robot/request, dynamics/zero_ft, boards/push, field/request
 It is no process of the stack: the demo runs it on an executor of its own, live or virtual. It stops
@@ -35,6 +35,7 @@ from services.streams import (
     CARTESIAN_STATUS,
     DYNAMICS_STATUS,
     FIELD_CALL,
+    FIELD_STATUS,
     FT_CALL,
     GOAL,
     OBJECTS,
@@ -90,6 +91,7 @@ class Reach(ScriptedService):
         DYNAMICS_STATUS,
         CARTESIAN_STATUS,
         PLANT_TRUTH,
+        FIELD_STATUS,
     )
     writes = (GOAL, OBJECTS)
     calls = (ROBOT_CALL, FT_CALL, PUSH_CALL, FIELD_CALL)
@@ -279,6 +281,9 @@ class Reach(ScriptedService):
             self.recording.torque_loop_ms.extend(
                 [ms for s in self.inputs.all_new(ROBOT_STATUS) for ms in s.torque_loop_ms]
             )
+        field = self.inputs.latest(FIELD_STATUS)
+        if field is not None and not self.recording.ended:
+            self.recording.field = field
         if truth is None:
             return
         self.recording.add(

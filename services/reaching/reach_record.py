@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from dforc import rotation
 from dforc.collision.clearance import BodyClearance
 from dforc.collision.obstacles import sphere
+from services.fields.messages import FieldStatus
 from services.fields.robot_body import robot_body
 from services.messages import (
     NAN3,
@@ -78,6 +79,7 @@ class Recording:
         self.status: RobotStatus | None = None
         self.truth: PlantTruth | None = None
         self.followed: CartesianStatus | None = None  # the last that followed a point
+        self.field: FieldStatus | None = None  # the last before the arm comes down
         self.torque_loop_ms: list[float] = []
         self.scene: Scene | None = None
         self.reached_ns: int | None = None
@@ -157,7 +159,7 @@ class Recording:
             and position_m <= self._bars[0]
             and orientation_rad <= self._bars[1]
         )
-        status, truth, followed = self.status, self.truth, self.followed
+        status, truth, followed, field = self.status, self.truth, self.followed, self.field
         lost = (status.frames_lost if status else 0) + (truth.frames_lost if truth else 0)
         return {
             "position_error_mm": _rounded(position_m * 1e3),
@@ -180,6 +182,10 @@ class Recording:
             "ik_position_error_mm": (
                 _rounded(followed.ik_position_error_m * 1e3) if followed else None
             ),
+            "field_mode": field.mode if field else "",
+            "field_state": field.state if field else "",
+            "field_reason": field.reason if field else "",
+            "field_distance_mm": _rounded(field.goal_distance_m * 1e3) if field else None,
             "frames_dropped": status.frames_dropped if status else 0,
             "refused_commands": status.refused_commands if status else 0,
             "foreign_frames": status.foreign_frames if status else 0,

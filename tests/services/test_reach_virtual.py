@@ -74,10 +74,11 @@ def test_target_out_of_reach_gets_the_nearest_position_and_says_so(robot: RobotF
     nowhere = (1.0, 1.0, 1.0, 0.05)
     report = run(robot, ReachOptions(target_m=far, ball=nowhere, timeout_s=12.0))
     assert not report["reached"]
-    assert report["ik_status"] == "infeasible"
+    assert report["field_state"] == "unreachable"
+    assert "no posture has the hand there" in str(report["field_reason"])
     assert report["failure"] == ""
     assert_clean(report)
-    nearest, reached = report["ik_position_error_mm"], report["position_error_mm"]
+    nearest, reached = report["field_distance_mm"], report["position_error_mm"]
     assert isinstance(nearest, float)
     assert isinstance(reached, float)
     assert nearest > 50.0

@@ -12,10 +12,15 @@ GOOD: Report = {
     "reached": True,
     "board_faults": 0,
     "frames_lost": 0,
+    "min_arm_clearance_mm": 6.0,
     "min_clearance_mm": 12.0,
     "failure": "",
     "ik_status": "converged",
     "ik_position_error_mm": 0.1,
+    "field_mode": "ulna",
+    "field_state": "arrived",
+    "field_reason": "",
+    "field_distance_mm": 0.1,
     "wall": {
         "ik_ms_p50": 0.3,
         "ik_ms_p99": 0.5,
@@ -62,14 +67,19 @@ def test_success_needs_no_fault_no_loss_and_no_contact() -> None:
         {"board_faults": 1},
         {"frames_lost": 1},
         {"min_clearance_mm": 0.0},
+        {"min_arm_clearance_mm": -1.0},
     ):
         assert not succeeded(GOOD | spoilt)
+    assert succeeded(GOOD | {"min_arm_clearance_mm": -1.0, "field_mode": "dforc"})
 
 
 def test_verdict_says_why_not() -> None:
     assert "out of reach" in verdict(
         GOOD | {"reached": False, "ik_status": "infeasible", "ik_position_error_mm": 31.4}
     )
+    reason = "no posture has the hand there within the limits"
+    unreachable = {"field_state": "unreachable", "field_reason": reason, "field_distance_mm": 52.3}
+    assert f"{reason}; 52.3 mm" in verdict(GOOD | {"reached": False} | unreachable)
     assert "board x silent" in verdict(GOOD | {"reached": False, "failure": "board x silent"})
 
 
