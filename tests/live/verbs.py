@@ -17,6 +17,7 @@ QUESTION = motor.GET_BOARD_ID.request(1, 0)
 ANSWER = motor.GET_BOARD_ID.reply(1, 0, 1)
 MOVING = POSITION.frame(1, 2104, 3526)
 SECONDS = 20.0  # at most: the verbs end after so many frames
+LOOKS, LOOK_S = 400, 0.01  # until frames that are still on their way have arrived
 
 
 class Board:
@@ -35,6 +36,16 @@ class Board:
                 self.received.append((can_id, data))
                 if (can_id, data) == QUESTION:
                     self._bus.send_frames((ANSWER,))
+
+    def moving_since(self, first: int) -> list[tuple[int, bytes]]:
+        """Frames like its own that others have sent, from the `first` received on."""
+        return [frame for frame in self.received[first:] if frame == MOVING]
+
+    def wait_for(self, count: int, first: int) -> None:
+        """Until so many of those have arrived; not for ever."""
+        for _ in range(LOOKS):
+            if len(self.moving_since(first)) >= count or self._stop.wait(LOOK_S):
+                return
 
     def __enter__(self) -> "Board":
         self._thread.start()
@@ -69,6 +80,7 @@ def exercise(
         assert can_replay(log, bus=(f"2={name}",), stack=stack, speed=10.0) == 0
         sent = int(capsys.readouterr().err.split()[0])
         assert sent > 20
-    replayed = [frame for frame in board.received[before:] if frame == MOVING]
+        board.wait_for(sent, before)
+    replayed = board.moving_since(before)
     replayed += [frame[:2] for frame in bus.receive_frames() if frame[:2] == MOVING]
     assert len(replayed) == sent
