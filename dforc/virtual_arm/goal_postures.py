@@ -1,7 +1,6 @@
 """Postures of a limb with its hands at their goals and clear of everything: a search in slices."""
 
 from collections.abc import Generator, Iterator, Sequence
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from dforc.collision.body import Body
 from dforc.collision.obstacles import World
 from dforc.ik.kernel_chain import Indices
 from dforc.limits import JointLimits
+from dforc.virtual_arm.goals import TipGoal
 from dforc.virtual_arm.kernel_edge import march
 from dforc.virtual_arm.kernel_planner import distance
 from dforc.virtual_arm.kernel_posture import (
@@ -36,16 +36,6 @@ BEYOND_M = 0.003  # aimed at beyond the margins, so that they are kept
 REST_SHARE = 0.3  # of the distance to the rest posture in a posture's cost
 SAME_M = 0.03  # postures nearer than this to each other count once
 SMALL_SPREAD = 0.5  # of the joints' ranges: every other try begins this near the present posture
-
-
-class HandGoal(Protocol):
-    """Where a hand is to be, base frame; a rotation of None does not matter."""
-
-    @property
-    def position_m(self) -> Vector: ...  # noqa: D102
-
-    @property
-    def rotation(self) -> Matrix | None: ...  # noqa: D102
 
 
 class GoalSearch:
@@ -92,7 +82,7 @@ class GoalSearch:
 
     def begin(
         self,
-        goals: Sequence[HandGoal | None],
+        goals: Sequence[TipGoal | None],
         world: World,
         q_now: Vector,
         others_q: Vector,

@@ -1,6 +1,7 @@
 """PMP's virtual arm: Table I in both variants, what Gamma leaves, limits, orientation, refusals."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,8 +18,8 @@ from dforc.robot_model import RobotModel
 DT_S = 0.01
 
 
-def pmp_of(model: RobotModel, **chosen: object) -> Pmp:
-    return Pmp(model, model.lower_rad, model.upper_rad, PmpParams(**chosen))  # type: ignore[arg-type]
+def pmp_of(model: RobotModel, params: PmpParams | None = None) -> Pmp:
+    return Pmp(model, model.lower_rad, model.upper_rad, params or PmpParams())
 
 
 def near(model: RobotModel, home: Vector, turn_rad: float) -> PmpTarget:
@@ -42,7 +43,9 @@ def finish(pmp: Pmp, q: Vector, target: PmpTarget, seconds: float, dt_s: float =
 
 def test_one_step_is_table_i_with_the_field_at_the_limits(model: RobotModel, home: Vector) -> None:
     admittance = tuple(np.linspace(0.1, 1.0, 10).tolist())
-    pmp = pmp_of(model, has_time_base=False, admittance_rad_nms=admittance, limit_gain_nm=0.05)
+    pmp = pmp_of(
+        model, PmpParams(has_time_base=False, admittance_rad_nms=admittance, limit_gain_nm=0.05)
+    )
     target = near(model, home, 0.2)
     state = pmp.step(pmp.begin(home), target)
     J = model.tip_jacobian(home)[:3]
@@ -60,7 +63,7 @@ def test_gamma_leaves_the_eigenvalue_s_power_of_epsilon_of_a_small_error(
 ) -> None:
     """(eps / (1 + eps))^l along each eigenvector of K J A J', the Jacobian being all but frozen."""
     admittance = np.linspace(0.6, 1.0, 10)
-    pmp = pmp_of(model, limit_gain_nm=0.0, admittance_rad_nms=tuple(admittance.tolist()))
+    pmp = pmp_of(model, PmpParams(limit_gain_nm=0.0, admittance_rad_nms=tuple(admittance.tolist())))
     J = model.tip_jacobian(home)[:3]
     eigenvalues, basis = np.linalg.eigh(4.0 * J * admittance @ J.T)
     assert eigenvalues[0] < 0.15
@@ -79,7 +82,9 @@ def test_variants_differ_by_a_drift_that_is_first_order_in_the_period(
     target = near(model, home, 0.5)
     drifts = []
     for dt_s in (0.02, 0.01, 0.005):
-        state = finish(pmp_of(model, variant=Variant.A, limit_gain_nm=0.0), home, target, 3.0, dt_s)
+        state = finish(
+            pmp_of(model, PmpParams(variant=Variant.A, limit_gain_nm=0.0)), home, target, 3.0, dt_s
+        )
         drifts.append(float(np.linalg.norm(state.position_m - model.tip_pose(state.q_rad)[1])))
     assert 1e-5 < drifts[1] < 1.5e-3
     assert drifts[0] / drifts[1] == pytest.approx(2.0, rel=0.1)
@@ -87,7 +92,7 @@ def test_variants_differ_by_a_drift_that_is_first_order_in_the_period(
 
 
 def test_variant_b_is_where_its_arm_is(model: RobotModel, home: Vector) -> None:
-    state = finish(pmp_of(model, limit_gain_nm=0.0), home, near(model, home, 0.5), 3.0)
+    state = finish(pmp_of(model, PmpParams(limit_gain_nm=0.0)), home, near(model, home, 0.5), 3.0)
     R, p = model.tip_pose(state.q_rad)
     assert state.position_m == pytest.approx(p, abs=1e-12)
     assert state.rotation == pytest.approx(R, abs=1e-12)
@@ -95,9 +100,9 @@ def test_variant_b_is_where_its_arm_is(model: RobotModel, home: Vector) -> None:
 
 def test_joint_limits_hold_where_they_clamp_and_only_there(model: RobotModel, home: Vector) -> None:
     beyond = PmpTarget(position_m=model.tip_pose(home)[1] + np.array([-0.6, -0.5, 0.4]))
-    chosen = {"limit_gain_nm": 0.0, "has_time_base": False}
-    clamped = finish(pmp_of(model, clamped=True, **chosen), home, beyond, 10.0)
-    loose = finish(pmp_of(model, clamped=False, **chosen), home, beyond, 10.0)
+    free = PmpParams(limit_gain_nm=0.0, has_time_base=False, clamped=False)
+    clamped = finish(pmp_of(model, replace(free, clamped=True)), home, beyond, 10.0)
+    loose = finish(pmp_of(model, free), home, beyond, 10.0)
     assert (clamped.q_rad >= model.lower_rad).all()
     assert (clamped.q_rad <= model.upper_rad).all()
     assert ((loose.q_rad < model.lower_rad) | (loose.q_rad > model.upper_rad)).any()
@@ -108,7 +113,10 @@ def test_field_at_the_limits_moves_an_arm_that_is_at_its_target(
 ) -> None:
     R, p = model.tip_pose(home)
     target = PmpTarget(position_m=p, rotation=R)
-    assert away_m(finish(pmp_of(model, limit_gain_nm=0.0), home, target, 3.0), target) < 1e-12
+    assert (
+        away_m(finish(pmp_of(model, PmpParams(limit_gain_nm=0.0)), home, target, 3.0), target)
+        < 1e-12
+    )
     assert away_m(finish(pmp_of(model), home, target, 3.0), target) > 0.01
 
 
@@ -118,7 +126,9 @@ def test_orientation_by_the_logarithm_turns_the_hand_onto_the_target(
     target = near(model, home, 0.2)
     assert target.rotation is not None
     start = rotation.angle_between(model.tip_pose(home)[0], target.rotation)
-    pmp = pmp_of(model, orientation=Orientation.LOG, has_time_base=False, limit_gain_nm=0.0)
+    pmp = pmp_of(
+        model, PmpParams(orientation=Orientation.LOG, has_time_base=False, limit_gain_nm=0.0)
+    )
     state = finish(pmp, home, target, 20.0)
     assert rotation.angle_between(state.rotation, target.rotation) < 0.2 * start
 
@@ -137,13 +147,15 @@ def test_raw_difference_across_half_a_turn_goes_nearly_all_the_way_round(
 
 def test_variant_a_turns_its_hand_with_its_arm(model: RobotModel, home: Vector) -> None:
     target, q = near(model, home, 0.5), home.copy()
-    state = finish(pmp_of(model, variant=Variant.A, limit_gain_nm=0.0), q, target, 3.0, 1e-3)
+    state = finish(
+        pmp_of(model, PmpParams(variant=Variant.A, limit_gain_nm=0.0)), q, target, 3.0, 1e-3
+    )
     assert rotation.angle_between(state.rotation, model.tip_pose(state.q_rad)[0]) < 1e-3
     assert state.rotation.T @ state.rotation == pytest.approx(np.eye(3), abs=1e-12)
 
 
 def test_obstacle_pushes_the_hand_as_in_the_force_field(model: RobotModel, home: Vector) -> None:
-    pmp = pmp_of(model, has_time_base=False, limit_gain_nm=0.0)
+    pmp = pmp_of(model, PmpParams(has_time_base=False, limit_gain_nm=0.0))
     R, p = model.tip_pose(home)
     centre = (float(p[0]) - 0.01, float(p[1]), float(p[2]))
     scene = scene_of((), (ball(centre, 0.02),), FieldParams(gain_n=8.0))
@@ -153,7 +165,7 @@ def test_obstacle_pushes_the_hand_as_in_the_force_field(model: RobotModel, home:
 
 
 def test_time_base_ends_the_motion_and_a_new_start_goes_on(model: RobotModel, home: Vector) -> None:
-    target, pmp = near(model, home, 0.4), pmp_of(model, limit_gain_nm=0.0)
+    target, pmp = near(model, home, 0.4), pmp_of(model, PmpParams(limit_gain_nm=0.0))
     ended = finish(pmp, home, target, 3.0)
     assert pmp.step(ended, target).q_rad == pytest.approx(ended.q_rad, abs=0.0)
     state = pmp.again(ended)
@@ -163,7 +175,7 @@ def test_time_base_ends_the_motion_and_a_new_start_goes_on(model: RobotModel, ho
 
 
 def test_roll_out_is_step_after_step(model: RobotModel, home: Vector) -> None:
-    pmp, target = pmp_of(model, variant=Variant.A), near(model, home, 0.3)
+    pmp, target = pmp_of(model, PmpParams(variant=Variant.A)), near(model, home, 0.3)
     path = pmp.roll_out(pmp.begin(home), target, steps=50)
     state = pmp.begin(home)
     for k in range(51):
@@ -190,7 +202,7 @@ def test_constants_and_limits_that_do_not_fit_are_refused(model: RobotModel) -> 
     with pytest.raises(PmpError, match="admittance"):
         PmpParams(admittance_rad_nms=-1.0)
     with pytest.raises(PmpError, match="limit gain has 2 values for 10"):
-        pmp_of(model, limit_gain_nm=(0.1, 0.1))
+        pmp_of(model, PmpParams(limit_gain_nm=(0.1, 0.1)))
     upper = model.upper_rad.copy()
     upper[3] = model.lower_rad[3]
     with pytest.raises(PmpError, match="joint 3"):
