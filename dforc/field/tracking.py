@@ -2,6 +2,10 @@
 
 One tracker per object. Samples may come irregularly or be missing, an outlier is skipped, a jump
 starts anew. An object that comes to rest is averaged until it moves again.
+
+There are two filters. The steady one finds out how restless its object is: smooth enough to be
+followed, but late by some centimetres when a hand begins or ends a motion. The nimble one always
+takes it for restless: what must not be touched is taken to be there, unless it is at rest.
 """
 
 import math
@@ -16,6 +20,10 @@ from dforc.field import tracking_kernel as kernel
 
 SIGMA_M = 0.005  # of a position whose covariance is not given, each axis
 VELOCITY_SIGMA_M_S = 0.005  # of a velocity that is given, each axis
+# Of the nimble filter [m^2/s^3]: of strokes by hand (minimum jerk, up to 0.35 m/s, 5 mm of noise) its
+# error is 16 mm at most, that of the steady one 51 mm; from 0.01 to 0.1 it is nearly the same.
+NIMBLE_Q = 0.02
+STILL_THERE = 14.0  # squared Mahalanobis distance of nimble place and speed from those at rest
 LONGEST_PREDICTION_S = 0.5  # nothing is extrapolated farther; only the doubt grows on
 
 
@@ -40,10 +48,12 @@ class ObjectState(NamedTuple):
     sigma_m: float  # standard deviation of the position along its least certain axis
 
 
-def new_track() -> kernel.Track:
-    """Nothing known yet."""
+def new_track(lowest_q: float = kernel.LOWEST_Q) -> kernel.Track:
+    """Nothing known yet, but how restless the object is at least [m^2/s^3]."""
+    numbers = np.zeros(kernel.NUMBERS)
+    numbers[kernel.LOWEST] = lowest_q
     return kernel.Track(
-        numbers=np.zeros(kernel.NUMBERS),
+        numbers=numbers,
         state=np.zeros(6),
         P=np.zeros((6, 6)),
         drift=np.zeros(3),
@@ -51,7 +61,7 @@ def new_track() -> kernel.Track:
 
 
 class ObjectTracker:
-    """A Kalman filter that follows how restless its object is; times in s on any one clock."""
+    """Two Kalman filters of one object; times in s on any one clock."""
 
     def __init__(self, sigma_m: float = SIGMA_M) -> None:
         """Take the standard deviation of positions that come without a covariance.
@@ -62,6 +72,7 @@ class ObjectTracker:
         if not 0.0 < sigma_m < math.inf:
             raise TrackingError(f"sigma_m must be positive, not {sigma_m}")
         self._track = new_track()
+        self._nimble = new_track(NIMBLE_Q)
         self._covariance = constant(sigma_m**2 * np.eye(3)).copy()
 
     def update(
@@ -82,10 +93,12 @@ class ObjectTracker:
         position = finite_vector("position_m", position_m, 3)
         R = self._covariance if covariance_m2 is None else _checked(covariance_m2)
         velocity = None if velocity_m_s is None else finite_vector("velocity_m_s", velocity_m_s, 3)
-        taken = Sample(kernel.take(self._track, float(t_s), position, R))
-        if velocity is not None and taken in (Sample.TAKEN, Sample.RESTARTED):
-            kernel.take_velocity(self._track, velocity, VELOCITY_SIGMA_M_S**2)
-        return taken
+        found = [Sample.IGNORED, Sample.IGNORED]
+        for i, track in enumerate((self._track, self._nimble)):
+            found[i] = Sample(kernel.take(track, float(t_s), position, R))
+            if velocity is not None and found[i] in (Sample.TAKEN, Sample.RESTARTED):
+                kernel.take_velocity(track, velocity, VELOCITY_SIGMA_M_S**2)
+        return found[0]
 
     @property
     def is_seen(self) -> bool:
@@ -103,18 +116,36 @@ class ObjectTracker:
         return float(self._track.numbers[kernel.TIME])
 
     def at(self, t_s: float) -> ObjectState:
-        """The object at a time, not before the last sample.
+        """The object at a time, not before the last sample, as it is best followed.
 
         Raises:
             TrackingError: there has been no sample.
         """
+        return self._predicted(self._track, t_s)
+
+    def avoided_at(self, t_s: float) -> ObjectState:
+        """The object at a time, not before the last sample, as it is best kept clear of.
+
+        Raises:
+            TrackingError: there has been no sample.
+        """
+        return self._predicted(self._track if self._is_still_there() else self._nimble, t_s)
+
+    def _is_still_there(self) -> bool:
+        """Whether the nimble filter does not gainsay that the object is at rest."""
+        if not self.at_rest:
+            return False
+        off = self._nimble.state - self._track.state
+        return float(off @ np.linalg.solve(self._nimble.P, off)) < STILL_THERE
+
+    def _predicted(self, track: kernel.Track, t_s: float) -> ObjectState:
         if not self.is_seen:
             raise TrackingError("the object has never been seen")
         dt = max(0.0, t_s - self.last_s)
-        state, P = self._track.state.copy(), self._track.P.copy()
+        state, P = track.state.copy(), track.P.copy()
         velocity = state[3:].copy()
         near = min(dt, LONGEST_PREDICTION_S)
-        kernel.predict(state, P, self._track.numbers[kernel.RESTLESSNESS], dt)
+        kernel.predict(state, P, track.numbers[kernel.RESTLESSNESS], dt)
         return ObjectState(
             position_m=state[:3] - (dt - near) * velocity,
             velocity_m_s=velocity if dt <= LONGEST_PREDICTION_S else np.zeros(3),

@@ -15,8 +15,8 @@ from dforc.arrays import Matrix, Vector
 from dforc.compiled import compiled
 
 # Places in `numbers`.
-TIME, SAMPLES, REJECTED, RESTLESSNESS, STILL, DRIFT_TIME = 0, 1, 2, 3, 4, 5
-NUMBERS = 6
+TIME, SAMPLES, REJECTED, RESTLESSNESS, STILL, DRIFT_TIME, LOWEST = 0, 1, 2, 3, 4, 5, 6
+NUMBERS = 7
 
 TAKEN, SKIPPED, RESTARTED, IGNORED = 0, 1, 2, 3  # what became of a sample
 
@@ -50,7 +50,8 @@ def restart(track: Track, time: float, z: Vector, R: Matrix) -> None:
     """Know no more than one sample."""
     numbers = track.numbers
     numbers[TIME], numbers[SAMPLES], numbers[REJECTED] = time, 1.0, 0.0
-    numbers[RESTLESSNESS], numbers[STILL], numbers[DRIFT_TIME] = FIRST_Q, 0.0, 0.0
+    numbers[RESTLESSNESS] = max(FIRST_Q, numbers[LOWEST])
+    numbers[STILL], numbers[DRIFT_TIME] = 0.0, 0.0
     track.P[:] = 0.0
     track.drift[:] = 0.0
     for i in range(3):
@@ -141,7 +142,7 @@ def adapt(track: Track, amount: float, dt: float) -> None:
     above = min(amount, MOST_EVIDENCE) - EXPECTED
     rate = RISE_PER_S if above > 0.0 else FALL_PER_S
     q = numbers[RESTLESSNESS] * math.exp(rate * above * dt)
-    numbers[RESTLESSNESS] = min(max(q, LOWEST_Q), HIGHEST_Q)
+    numbers[RESTLESSNESS] = min(max(q, numbers[LOWEST]), HIGHEST_Q)
     v = track.state[3:]
     speed = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
     at_rest = numbers[STILL] >= REST_AFTER_S

@@ -88,7 +88,7 @@ class PassingCourse:
         t_s = tick * PERIOD_S
         place = self._passage.at(t_s)
         self._tracker.update(t_s, place + self._rng.normal(0.0, NOISE_M, 3), NOISE_M**2 * np.eye(3))
-        position, velocity, sigma_m = self._tracker.at(t_s)
+        position, velocity, sigma_m = self._tracker.avoided_at(t_s)
         ball = replace(
             self._scene.obstacles[0],
             position_m=_triple(position),

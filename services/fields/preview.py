@@ -13,7 +13,7 @@ from services.fields.goals import ActiveGoal
 from services.fields.limbs import FieldLimb
 from services.fields.messages import PathPoint, Preview
 from services.fields.mode import PERIOD_S, FieldMode, Goals, Motion, Surroundings
-from services.fields.seen import SeenObject
+from services.fields.seen import SeenObject, Sighting
 from services.reaching.tip_poses import vector3
 
 USUAL_S = 15.0
@@ -138,8 +138,10 @@ def moved_on(seen: tuple[SeenObject, ...], t_s: float) -> tuple[SeenObject, ...]
     """Objects where they will be if they go on as they move now."""
     moved = []
     for one in seen:
-        x, y, z = (p + t_s * v for p, v in zip(one.place_m, one.velocity_m_s, strict=True))
-        moved.append(replace(one, solid=replace(one.solid, position_m=(x, y, z))))
+        place = Sighting(one.place_m, one.velocity_m_s, one.sigma_m).after(t_s)
+        avoided = None if one.avoided is None else one.avoided.after(t_s)
+        solid = replace(one.solid, position_m=place.position_m)
+        moved.append(replace(one, solid=solid, avoided=avoided))
     return tuple(moved)
 
 

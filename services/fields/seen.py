@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +15,9 @@ SIGMAS = 3.0  # of an object's position that are kept free around it
 # An arm is where its virtual one was 0.16 s ago: 0.56 T of the controller, and the way there. So an
 # object that moves is taken to fill all that it will have passed through by then.
 AHEAD_S = 0.08
+# What is moved by hand may come faster or turn by then: 1.5 m/s2 of change, seen some time late.
+SURGE_M = 0.02
+SURGE_FROM_M_S = 0.1
 WIDEST_M = 0.10  # but no more than this: a hand in doubt must not be locked in
 SHAPES = {shape.name.lower(): shape for shape in Shape}
 MESH = "mesh"
@@ -21,6 +25,19 @@ SHAPE_NAMES = (*SHAPES, MESH)
 # Semi-axes of the smallest ellipsoid of the same axes around a box, and around a cylinder.
 BOX_SCALE = math.sqrt(3.0)
 CYLINDER_SCALE = (math.sqrt(1.5), math.sqrt(1.5), math.sqrt(3.0))
+
+
+class Sighting(NamedTuple):
+    """A place and its motion."""
+
+    position_m: Triple
+    velocity_m_s: Triple
+    sigma_m: float  # of the place
+
+    def after(self, time_s: float) -> "Sighting":
+        """The same, moved on."""
+        x, y, z = (p + time_s * v for p, v in zip(self.position_m, self.velocity_m_s, strict=True))
+        return self._replace(position_m=(x, y, z))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,6 +50,7 @@ class SeenObject:
     role: str
     on: bool
     sigma_m: float = 0.0
+    avoided: Sighting | None = None  # where nothing may come, if that is somewhere else
     age_s: float = 0.0
     lost: str = ""  # why its place is no longer known
 
@@ -70,18 +88,20 @@ def solid_of(item: WorldObject) -> Obstacle:
 def as_obstacle(seen: SeenObject) -> Obstacle:
     """With the margin that its uncertainty asks for, and where it will be."""
     solid = seen.solid
-    if seen.sigma_m == 0.0 and not any(solid.velocity_m_s):
+    kept = seen.avoided or Sighting(seen.place_m, seen.velocity_m_s, seen.sigma_m)
+    speed_m_s = math.hypot(*kept.velocity_m_s)
+    if kept.sigma_m == 0.0 and speed_m_s == 0.0:
         return solid
-    (x, y, z), (u, v, w) = solid.position_m, solid.velocity_m_s
-    passed_m = AHEAD_S * math.hypot(u, v, w)
+    surge_m = SURGE_M * min(1.0, speed_m_s / SURGE_FROM_M_S)
+    margin_m = SIGMAS * kept.sigma_m + AHEAD_S * speed_m_s + surge_m
     return Obstacle(
         name=seen.name,
         shape=solid.shape,
         size_m=solid.size_m,
-        position_m=(x + AHEAD_S * u, y + AHEAD_S * v, z + AHEAD_S * w),
+        position_m=kept.after(AHEAD_S).position_m,
         rotation=solid.rotation,
-        velocity_m_s=solid.velocity_m_s,
-        margin_m=min(SIGMAS * seen.sigma_m + passed_m, WIDEST_M),
+        velocity_m_s=kept.velocity_m_s,
+        margin_m=min(margin_m, WIDEST_M),
     )
 
 

@@ -4,6 +4,7 @@ A position without covariance is exact and taken as it is; only a velocity that 
 estimated. A position with one is filtered.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from dforc.collision.obstacles import Obstacle, Triple
 from dforc.field.tracking import ObjectTracker, Sample
 from services.core.clock import NS_PER_S
 from services.fields.object_checks import covariance_matrix
-from services.fields.seen import SeenObject, solid_of
+from services.fields.seen import SeenObject, Sighting, solid_of
 from services.messages import WorldObject
 
 PREDICTED_S = 0.3  # that an object is taken to go on as it moved, once it is seen no more
@@ -50,25 +51,30 @@ class TrackedObject:
     def at(self, now_ns: int, source: str) -> SeenObject:
         """Where it is taken to be now."""
         age_s = max(0.0, (now_ns - self.seen_ns) / NS_PER_S)
-        place_m, velocity_m_s, sigma_m = self._predicted(min(age_s, PREDICTED_S))
+        ahead_s = min(age_s, PREDICTED_S)
+        place = self._predicted(ahead_s, avoided=False)
+        avoided = None if self.tracker is None else self._predicted(ahead_s, avoided=True)
         lost = ""
         if age_s > PREDICTED_S:
-            speed_m_s = float(np.linalg.norm(velocity_m_s))
+            speed_m_s = math.hypot(*place.velocity_m_s)
             if not self.believed:
-                place_m = self.solid.position_m
+                place = place._replace(position_m=self.solid.position_m)
+                avoided = None
             elif speed_m_s > MOVING_M_S:
                 lost = f"last seen {age_s:.1f} s ago, at {speed_m_s:.2f} m/s"
-            velocity_m_s = STILL
+            place = place._replace(velocity_m_s=STILL)
+            avoided = None if avoided is None else avoided._replace(velocity_m_s=STILL)
         solid = self.solid
-        if (place_m, velocity_m_s) != (solid.position_m, solid.velocity_m_s):
-            solid = replace(solid, position_m=place_m, velocity_m_s=velocity_m_s)
+        if (place.position_m, place.velocity_m_s) != (solid.position_m, solid.velocity_m_s):
+            solid = replace(solid, position_m=place.position_m, velocity_m_s=place.velocity_m_s)
         return SeenObject(
             name=self.item.name,
             source=source,
             solid=solid,
             role=self.item.role,
             on=self.item.on,
-            sigma_m=sigma_m,
+            sigma_m=place.sigma_m,
+            avoided=avoided,
             age_s=age_s,
             lost=lost,
         )
@@ -89,19 +95,18 @@ class TrackedObject:
         )
         return cls(item, solid, seen_ns, tracker, believed=taken is not Sample.SKIPPED)
 
-    def _predicted(self, ahead_s: float) -> tuple[Triple, Triple, float]:
-        """Place, velocity and sigma of the place, some time after it was seen."""
+    def _predicted(self, ahead_s: float, *, avoided: bool) -> Sighting:
+        """Some time after it was seen: as it is best followed, or as it is kept clear of."""
         sent_m = self.solid.position_m
         if self.tracker is None:
-            velocity_m_s = self.item.velocity_m_s or STILL
-            return _ahead(sent_m, velocity_m_s, ahead_s), velocity_m_s, 0.0
-        state = self.tracker.at(self.seen_ns / NS_PER_S + ahead_s)
+            return Sighting(sent_m, self.item.velocity_m_s or STILL, 0.0).after(ahead_s)
+        at_s = self.seen_ns / NS_PER_S + ahead_s
+        state = self.tracker.avoided_at(at_s) if avoided else self.tracker.at(at_s)
         u, v, w = state.velocity_m_s.tolist()
         if self.item.covariance_m2 is not None:
             x, y, z = state.position_m.tolist()
-            return (x, y, z), (u, v, w), state.sigma_m
-        velocity_m_s = (u, v, w) if self.believed else STILL
-        return _ahead(sent_m, velocity_m_s, ahead_s), velocity_m_s, 0.0
+            return Sighting((x, y, z), (u, v, w), state.sigma_m)
+        return Sighting(sent_m, (u, v, w) if self.believed else STILL, 0.0).after(ahead_s)
 
 
 class SourceClock:
@@ -131,8 +136,3 @@ def positive(covariance_m2: Matrix) -> Matrix:
     """A covariance without a direction in which it is exact."""
     values, axes = np.linalg.eigh(covariance_m2)
     return np.asarray((axes * np.maximum(values, SMALLEST_VARIANCE_M2)) @ axes.T, dtype=np.float64)
-
-
-def _ahead(place_m: Triple, velocity_m_s: Triple, time_s: float) -> Triple:
-    x, y, z = (p + time_s * v for p, v in zip(place_m, velocity_m_s, strict=True))
-    return x, y, z
