@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from services.experiments.field_arm_draw import point_segments
+from services.experiments.whole_arm.draw import point_segments
 
 Array = NDArray[np.float64]
 

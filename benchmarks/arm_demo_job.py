@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from benchmarks.arm_demo_ball import MovedBall
 from dforc.collision.obstacles import sphere
 from dforc.rotation import rotation_vector
-from services.experiments.field_arm_referee import Standing, Verdict
-from services.experiments.field_arm_setting import ArmSetting, arm_setting
+from services.experiments.whole_arm.referee import Standing, Verdict
+from services.experiments.whole_arm.setting import ArmSetting, arm_setting
 from services.messages import Goal, Objects, PlantTruth, Vector3, WorldObject
 from services.reaching.reach import Reach, ReachOptions
 from services.reaching.reach_scene import REACH_M

@@ -16,8 +16,8 @@ from benchmarks.cartesian_changes import change_rows
 from benchmarks.cartesian_moves import gamma_rows, move_rows, random_moves, robot_speed_rows
 from benchmarks.cartesian_streams import law_rows, stream_rows, tick_rows
 from services.config import load_robot
-from services.experiments.cartesian_arm import Arm
-from services.experiments.cartesian_boards import board_rows
+from services.experiments.cartesian.arm import Arm
+from services.experiments.cartesian.boards import board_rows
 from services.experiments.rows import Row, publish
 
 ROBOT = "icub:arms"

@@ -12,7 +12,7 @@ from dforc.cartesian.warm import warm
 from dforc.ik.inverse_kinematics import IkStatus, InverseKinematics
 from dforc.ik.problem import IkProblem, TipTarget
 from services.core.clock import thread_cpu_ns
-from services.experiments.cartesian_metrics import judge_move
+from services.experiments.cartesian.metrics import judge_move
 from services.experiments.rows import Row, at_most
 from services.reaching.limb import limb_problem
 from services.robotfile.robot_tables import RobotFile

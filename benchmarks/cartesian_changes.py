@@ -14,7 +14,7 @@ from dforc.cartesian.targets import PoseTarget, ReachTarget, SpeedTarget, Target
 from dforc.ik.inverse_kinematics import IkStatus, InverseKinematics
 from dforc.ik.problem import TipTarget
 from dforc.rotation import matrix
-from services.experiments.cartesian_arm import Arm
+from services.experiments.cartesian.arm import Arm
 from services.experiments.rows import Row, at_most
 from services.reaching.limb import limb_problem
 

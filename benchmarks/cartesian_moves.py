@@ -12,9 +12,9 @@ from dforc.cartesian.targets import PoseTarget, ReachTarget
 from dforc.limits import JointLimits
 from dforc.rotation import angle_between, matrix, rotation_error
 from services.core.errors import ServiceError
-from services.experiments.cartesian_arm import Arm, Pose, Reached
-from services.experiments.cartesian_metrics import MoveFigures, judge_move, minimum_jerk
-from services.experiments.cartesian_plants import lagged
+from services.experiments.cartesian.arm import Arm, Pose, Reached
+from services.experiments.cartesian.metrics import MoveFigures, judge_move, minimum_jerk
+from services.experiments.cartesian.plants import lagged
 from services.experiments.rows import Row, at_most, within
 
 PERIOD_S = 0.01

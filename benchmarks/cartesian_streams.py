@@ -14,7 +14,7 @@ from dforc.ik.inverse_kinematics import InverseKinematics
 from dforc.ik.problem import TipTarget
 from dforc.rotation import matrix
 from services.core.clock import thread_cpu_ns
-from services.experiments.cartesian_arm import Arm
+from services.experiments.cartesian.arm import Arm
 from services.experiments.rows import Row, at_most, within
 from services.reaching.limb import limb_problem
 

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from services.config import load_robot
-from services.experiments.closed_loop import WHOLE_ROBOT, Found, run
+from services.experiments.loops.closed_loop import WHOLE_ROBOT, Found, run
 from services.experiments.rows import Row, publish
 
 PROGRESS_S = 10.0

@@ -20,8 +20,8 @@ from dforc.learning.feature_ridge import FeatureRidge, LearnerState
 from dforc.learning.gate import UpdateGate
 from dforc.robot_model import RobotModel
 from services.core.errors import ConfigError
-from services.experiments import icubdyn
-from services.experiments.arm_learning import (
+from services.experiments.forces import icubdyn
+from services.experiments.forces.arm_learning import (
     SENSOR_FRAME,
     TIP,
     URDF,
@@ -31,7 +31,7 @@ from services.experiments.arm_learning import (
     load_task,
     rest_kernels,
 )
-from services.experiments.arm_learning import identified as identified_parameters
+from services.experiments.forces.arm_learning import identified as identified_parameters
 from services.experiments.rows import Row, at_least, at_most
 from services.robotfile.model_file import urdf_path
 

@@ -54,7 +54,7 @@ def signals(_data: Path | None, short: bool) -> list[Row]:
 
 def recording(data: Path | None, _short: bool) -> list[Row]:
     """CAD and a constant offset on a real right arm; a model of another robot is found out."""
-    from services.experiments.recorded_arm import recorded_rows
+    from services.experiments.forces.recorded_arm import recorded_rows
 
     return recorded_rows(data)
 

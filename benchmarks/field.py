@@ -32,42 +32,42 @@ class Given:
 
 def paper(given: Given) -> "list[Row]":
     """The paper's field: force, free reach, tails, head-on."""
-    from services.experiments.field_paper import paper_rows
+    from services.experiments.field_figures.paper import paper_rows
 
     return paper_rows(given.short, given.seed)
 
 
 def pmp(given: Given) -> "list[Row]":
     """The Passive Motion Paradigm on its 200 targets a row."""
-    from services.experiments.field_pmp import pmp_rows
+    from services.experiments.field_figures.pmp import pmp_rows
 
     return pmp_rows(given.short, given.seed)
 
 
 def targets(given: Given) -> "list[Row]":
     """DForC through virtual point and inverse kinematics on the same targets."""
-    from services.experiments.field_targets import dforc_targets_rows
+    from services.experiments.field_figures.targets import dforc_targets_rows
 
     return dforc_targets_rows(given.short, given.seed, _say)
 
 
 def point(given: Given) -> "list[Row]":
     """A bare point among balls and in the hard families, every mode."""
-    from services.experiments.field_point_scenes import point_scene_rows
+    from services.experiments.field_scenes.point_scenes import point_scene_rows
 
     return point_scene_rows(given.short, given.seed)
 
 
 def moving(given: Given) -> "list[Row]":
     """A target that moves, an obstacle that descends, noise on both."""
-    from services.experiments.field_moving import moving_rows
+    from services.experiments.field_scenes.moving import moving_rows
 
     return moving_rows(given.short, given.seed)
 
 
 def arm(given: Given) -> "list[Row]":
     """The whole arm, every law; time of a tick; answers to new goals."""
-    from services.experiments.field_arm_rows import (
+    from services.experiments.whole_arm.rows import (
         HARD,
         LAWS,
         RANDOM,
@@ -87,7 +87,7 @@ def arm(given: Given) -> "list[Row]":
 
 def changing(given: Given) -> "list[Row]":
     """The whole arm while something else moves: balls, the other arm, a cage; both arms at once."""
-    from services.experiments.field_arm_rows import gather, rate_rows
+    from services.experiments.whole_arm.rows import gather, rate_rows
 
     count = SHORT_SCENES if given.short else HARD_SCENES
     kinds = ("passing", "other arm", "enclosed", "both arms")

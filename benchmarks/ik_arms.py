@@ -9,10 +9,10 @@ from benchmarks.ik_tracking import LAP
 from dforc.ik.inverse_kinematics import InverseKinematics
 from dforc.ik.problem import TipTarget
 from services.core.clock import NS_PER_MS, thread_cpu_ns
-from services.experiments.ik_arm import TOLERANCE_M, both_arms, robot_arm
-from services.experiments.ik_contenders import problem_of
-from services.experiments.ik_field import ours, reference
-from services.experiments.ik_measure import (
+from services.experiments.ik.arm import TOLERANCE_M, both_arms, robot_arm
+from services.experiments.ik.contenders import problem_of
+from services.experiments.ik.field import ours, reference
+from services.experiments.ik.measure import (
     KEPT_RAD,
     REPEATS,
     ROUNDING,
@@ -21,10 +21,10 @@ from services.experiments.ik_measure import (
     percent,
     worth,
 )
-from services.experiments.ik_paths import joint_path, lemniscate
-from services.experiments.ik_poses import OURS, SETS, bars, sample
-from services.experiments.ik_sets import SHORT, Sizes
-from services.experiments.ik_table import times
+from services.experiments.ik.paths import joint_path, lemniscate
+from services.experiments.ik.poses import OURS, SETS, bars, sample
+from services.experiments.ik.sets import SHORT, Sizes
+from services.experiments.ik.table import times
 from services.experiments.rows import Row
 
 PAIRS, TICKS = 200, 500

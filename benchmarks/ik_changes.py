@@ -13,10 +13,10 @@ from dforc.ik.problem import IkProblem, TipTarget
 from dforc.limits import JointLimits
 from dforc.rotation import matrix
 from services.core.clock import NS_PER_MS, thread_cpu_ns
-from services.experiments.ik_arm import TOLERANCE_M, Arm, Array
-from services.experiments.ik_contenders import problem_of
-from services.experiments.ik_measure import KEPT_RAD, OPTIMAL, OPTIMAL_SHARE, ROUNDING, percent
-from services.experiments.ik_nlp import Form, PlainNlp
+from services.experiments.ik.arm import TOLERANCE_M, Arm, Array
+from services.experiments.ik.contenders import problem_of
+from services.experiments.ik.measure import KEPT_RAD, OPTIMAL, OPTIMAL_SHARE, ROUNDING, percent
+from services.experiments.ik.nlp import Form, PlainNlp
 from services.experiments.rows import Row, at_least, at_most
 
 MASK_TARGETS, TARGETS, STARTS = 200, 40, 6

@@ -5,8 +5,8 @@ import numpy as np
 from benchmarks.ik_setting import Setting
 from dforc.ik.inverse_kinematics import IkResult, IkStatus
 from dforc.ik.problem import TipTarget
-from services.experiments.ik_arm import TOLERANCE_M, Arm, Array
-from services.experiments.ik_measure import KEPT_RAD, ROUNDING, percent
+from services.experiments.ik.arm import TOLERANCE_M, Arm, Array
+from services.experiments.ik.measure import KEPT_RAD, ROUNDING, percent
 from services.experiments.rows import Row, at_least
 
 POSES = 100

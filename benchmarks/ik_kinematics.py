@@ -3,8 +3,8 @@
 import numpy as np
 
 from benchmarks.ik_setting import Setting
-from services.experiments.ik_arm import Arm, both_arms, robot_arm
-from services.experiments.ik_contenders import problem_of
+from services.experiments.ik.arm import Arm, both_arms, robot_arm
+from services.experiments.ik.contenders import problem_of
 from services.experiments.rows import Row, at_most
 
 POSTURES = 300

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from rich.console import Console
 
 from benchmarks.ik_setting import Setting
-from services.experiments.ik_poses import (
+from services.experiments.ik.poses import (
     COLD,
     NEAR,
     OURS,
@@ -19,7 +19,7 @@ from services.experiments.ik_poses import (
     bars,
     sample,
 )
-from services.experiments.ik_table import lines, tables, times
+from services.experiments.ik.table import lines, tables, times
 from services.experiments.rows import Row, at_least, at_most
 
 FASTER, P99_FASTER = 15.0, 10.0

@@ -3,11 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from services.experiments.ik_arm import Arm, measured_arm
-from services.experiments.ik_contenders import Contender, Nothing, Ours
-from services.experiments.ik_field import everybody, ours, reference
-from services.experiments.ik_poses import OURS
-from services.experiments.ik_sets import SHORT, Sizes
+from services.experiments.ik.arm import Arm, measured_arm
+from services.experiments.ik.contenders import Contender, Nothing, Ours
+from services.experiments.ik.field import everybody, ours, reference
+from services.experiments.ik.poses import OURS
+from services.experiments.ik.sets import SHORT, Sizes
 from services.experiments.rows import Row
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from benchmarks.ik_setting import Setting
-from services.experiments.ik_contenders import Nothing
-from services.experiments.ik_measure import (
+from services.experiments.ik.contenders import Nothing
+from services.experiments.ik.measure import (
     KEPT_RAD,
     LOOSE_RAD,
     Run,
@@ -14,9 +14,9 @@ from services.experiments.ik_measure import (
     percent,
     worth,
 )
-from services.experiments.ik_paths import Path, joint_path, lemniscate
-from services.experiments.ik_poses import OURS, REFERENCE, at
-from services.experiments.ik_table import times
+from services.experiments.ik.paths import Path, joint_path, lemniscate
+from services.experiments.ik.poses import OURS, REFERENCE, at
+from services.experiments.ik.table import times
 from services.experiments.rows import Row, at_least, at_most
 
 IN_REACH, ACROSS = 1500, 1000

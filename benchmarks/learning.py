@@ -28,8 +28,8 @@ def update(_: Path | None) -> "list[Row]":
 
 def fig7(data: Path | None) -> "list[Row]":
     """Accuracy on the recording."""
-    from services.experiments.arm_learning import load_task
-    from services.experiments.force_fig7 import measure, rows_of
+    from services.experiments.forces.arm_learning import load_task
+    from services.experiments.forces.fig7 import measure, rows_of
 
     return rows_of(measure(load_task(data), 25, (200, 1000), False, _say))
 
@@ -37,15 +37,15 @@ def fig7(data: Path | None) -> "list[Row]":
 def gate(data: Path | None) -> "list[Row]":
     """Pushes injected into the recording."""
     from benchmarks.learning_gate import gate_rows
-    from services.experiments.arm_learning import load_task
+    from services.experiments.forces.arm_learning import load_task
 
     return gate_rows(load_task(data), _say)
 
 
 def unseen(_: Path | None) -> "list[Row]":
     """Unseen motion of a made arm; the whole comparison is `ulna experiment force-fig6`."""
-    from services.experiments.force_fig6 import Sizes, measure, rows_of
-    from services.experiments.made_arm import made_arm
+    from services.experiments.forces.fig6 import Sizes, measure, rows_of
+    from services.experiments.forces.made_arm import made_arm
 
     sizes = Sizes(features=(200, 500))
     arm = made_arm(0, sizes.rollouts, sizes.rows, sizes.unseen, sizes.unseen_rows)
@@ -56,7 +56,7 @@ def unseen(_: Path | None) -> "list[Row]":
 def change(data: Path | None) -> "list[Row]":
     """A load in the hand."""
     from benchmarks.learning_change import change_rows
-    from services.experiments.arm_learning import load_task
+    from services.experiments.forces.arm_learning import load_task
 
     return change_rows(load_task(data), _say)
 

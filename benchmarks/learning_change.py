@@ -13,7 +13,7 @@ import numpy as np
 from dforc.arrays import Matrix, Vector
 from dforc.learning.feature_ridge import FeatureRidge
 from dforc.learning.semi_parametric import RigidParameters, SemiParametric
-from services.experiments.arm_learning import (
+from services.experiments.forces.arm_learning import (
     MODEL_NOISE,
     ArmTask,
     features_only,

@@ -15,7 +15,7 @@ import numpy as np
 from dforc.arrays import Matrix, Vector
 from dforc.learning.feature_ridge import FeatureRidge, LearnerState
 from dforc.learning.gate import ContactSafe, GateLimits, UpdateGate
-from services.experiments.arm_learning import ArmTask, kernels_of
+from services.experiments.forces.arm_learning import ArmTask, kernels_of
 from services.experiments.rows import Row, at_least, at_most
 
 HOLD_ROWS, AFTER_ROWS, AVERAGED_ROWS = 282, 15, 10  # 10 s, 0.5 s, 0.36 s

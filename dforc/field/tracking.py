@@ -20,7 +20,7 @@ from dforc.field import tracking_kernel as kernel
 
 SIGMA_M = 0.005  # of a position whose covariance is not given, each axis
 VELOCITY_SIGMA_M_S = 0.005  # of a velocity that is given, each axis
-# Of the nimble filter [m^2/s^3]: of strokes by hand (minimum jerk, up to 0.35 m/s, 5 mm of noise) its
+# Of the nimble filter [m^2/s^3]. Of strokes by hand (minimum jerk to 0.35 m/s, 5 mm of noise) its
 # error is 16 mm at most, that of the steady one 51 mm; from 0.01 to 0.1 it is nearly the same.
 NIMBLE_Q = 0.02
 STILL_THERE = 14.0  # squared Mahalanobis distance of nimble place and speed from those at rest

@@ -43,7 +43,7 @@ def force_table1(
         json_file: write every value there.
     """
     check(runs, json_file)
-    from services.experiments import force_table1 as experiment
+    from services.experiments.forces import table1 as experiment
 
     return experiment.force_table1(
         robot=robot, data=data, seed=seed, runs=runs, short=short, json=json_file
@@ -72,7 +72,7 @@ def force_fig5(
         plot: write the figure there.
     """
     check(1, json_file, plot)
-    from services.experiments import force_fig5 as experiment
+    from services.experiments.forces import fig5 as experiment
 
     return experiment.force_fig5(
         robot=robot, limb=limb, seed=seed, short=short, json=json_file, plot=plot
@@ -102,7 +102,7 @@ def force_fig6(
     check(runs, json_file, plot)
     if find_spec("sklearn") is None:
         complain("scikit-learn, and so its GPR, is left out; ./ulna setup peers installs it")
-    from services.experiments import force_fig6 as experiment
+    from services.experiments.forces import fig6 as experiment
 
     return experiment.force_fig6(runs=runs, short=short, json=json_file, plot=plot)
 
@@ -129,7 +129,7 @@ def force_fig7(
         plot: write the figure there.
     """
     check(runs, json_file, plot)
-    from services.experiments import force_fig7 as experiment
+    from services.experiments.forces import fig7 as experiment
 
     return experiment.force_fig7(data=data, runs=runs, short=short, json=json_file, plot=plot)
 
@@ -156,7 +156,7 @@ def closed_loop(
         plot: write the figure there.
     """
     check(1, json_file, plot)
-    from services.experiments import closed_loop as experiment
+    from services.experiments.loops import closed_loop as experiment
 
     return experiment.closed_loop(robot=robot, seed=seed, short=short, json=json_file, plot=plot)
 
@@ -193,7 +193,7 @@ def cartesian(
         plot: write the figure there.
     """
     check(runs, json_file, plot)
-    from services.experiments import cartesian as experiment
+    from services.experiments.cartesian import comparison as experiment
 
     return experiment.cartesian(
         robot=robot,
@@ -232,7 +232,7 @@ def ik(
         plot: write time against success there.
     """
     check(1, json_file, plot)
-    from services.experiments import ik as experiment
+    from services.experiments.ik import comparison as experiment
 
     return experiment.ik(robot=robot, seed=seed, short=short, json=json_file, plot=plot)
 

@@ -37,7 +37,7 @@ def dforc_scenes(
     if not 1 <= scenes <= MOST_SCENES:
         raise ConfigError(f"--scenes: {scenes} is outside 1..{MOST_SCENES}")
     check(1, json_file, plot)
-    from services.experiments import field_scenes as experiment
+    from services.experiments.field_scenes import comparison as experiment
 
     return experiment.dforc_scenes(
         scenes=scenes, level=level, seed=seed, short=short, json=json_file, plot=plot
@@ -68,7 +68,7 @@ def dforc_fig6(
         plot: write the four trails there.
     """
     check(runs, json_file, plot)
-    from services.experiments import field_fig6 as experiment
+    from services.experiments.field_figures import fig6 as experiment
 
     return experiment.dforc_fig6(seed=seed, runs=runs, short=short, json=json_file, plot=plot)
 
@@ -93,7 +93,7 @@ def dforc_fig4(
         plot: write two paths and the drift over the step there.
     """
     check(1, json_file, plot)
-    from services.experiments import field_fig4 as experiment
+    from services.experiments.field_figures import fig4 as experiment
 
     return experiment.dforc_fig4(seed=seed, short=short, json=json_file, plot=plot)
 
@@ -124,7 +124,7 @@ def dforc_fig5(
         plot: write the five reaches there.
     """
     check(runs, json_file, plot)
-    from services.experiments import field_fig5 as experiment
+    from services.experiments.field_figures import fig5 as experiment
 
     return experiment.dforc_fig5(
         robot=robot, seed=seed, runs=runs, short=short, json=json_file, plot=plot

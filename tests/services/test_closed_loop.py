@@ -7,12 +7,12 @@ import pytest
 from numpy.typing import NDArray
 
 from services.config import load_robot
-from services.experiments.closed_loop import run
-from services.experiments.loop_expected import expected
-from services.experiments.loop_impedance import Deflection, predicted
-from services.experiments.loop_limbs import Point, limbs
-from services.experiments.loop_rows import deflection_rows, guiding_rows, step_rows, turn_rows
-from services.experiments.loop_torque import TorqueStep
+from services.experiments.loops.closed_loop import run
+from services.experiments.loops.expected import expected
+from services.experiments.loops.impedance import Deflection, predicted
+from services.experiments.loops.limbs import Point, limbs
+from services.experiments.loops.rows import deflection_rows, guiding_rows, step_rows, turn_rows
+from services.experiments.loops.torque import TorqueStep
 from services.experiments.rows import Row
 
 Vector = NDArray[np.float64]

@@ -10,7 +10,7 @@ from dforc.baselines.damped_least_squares import DampedLeastSquares, DampedParam
 from dforc.errors import NotFiniteError
 from dforc.limits import JointLimits
 from dforc.robot_model import RobotModel
-from services.experiments.cartesian_metrics import judge_move
+from services.experiments.cartesian.metrics import judge_move
 
 PERIOD_S = 0.01
 GOAL = np.array([0.2, -0.1, 0.05])

@@ -8,7 +8,7 @@ from dforc.baselines.vite import VelocityLoop, Vite, ViteParams, ViteState
 from dforc.errors import NotFiniteError
 from dforc.limits import JointLimits
 from dforc.robot_model import RobotModel
-from services.experiments.cartesian_metrics import judge_move
+from services.experiments.cartesian.metrics import judge_move
 
 PERIOD_S = 0.01
 W = 4.0  # rad/s: sqrt(8 * 2) per s of the gains of 2010

@@ -5,8 +5,8 @@ import pytest
 
 from benchmarks.arm_demo import run_virtual
 from benchmarks.arm_demo_ball import BODY_CLEAR_M, PEAK_M_S, MovedBall
-from services.experiments.field_arm_draw import point_segments
-from services.experiments.field_arm_referee import Array
+from services.experiments.whole_arm.draw import point_segments
+from services.experiments.whole_arm.referee import Array
 
 GOALS = np.array([-0.4, 0.0, 0.1]), np.array([-0.3, 0.2, 0.1])
 BODY = np.array([[[0.0, 0.0, 0.0], [0.0, 0.0, 0.4]]]), np.array([0.1])

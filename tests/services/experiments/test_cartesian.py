@@ -12,10 +12,10 @@ from rich.console import Console
 
 from services.config import load_robot
 from services.core.errors import ConfigError
-from services.experiments.cartesian import cartesian
-from services.experiments.cartesian_arm import Arm
-from services.experiments.cartesian_controllers import CONTENDERS
-from services.experiments.cartesian_course import (
+from services.experiments.cartesian.arm import Arm
+from services.experiments.cartesian.comparison import cartesian
+from services.experiments.cartesian.controllers import CONTENDERS
+from services.experiments.cartesian.course import (
     CENTRE_M,
     GAIN_M,
     PAIR,
@@ -23,10 +23,10 @@ from services.experiments.cartesian_course import (
     lemniscate_points,
     point_to_point,
 )
-from services.experiments.cartesian_figures import Run, judged, metrics_of, summed_up
-from services.experiments.cartesian_plants import ideal, lagged
-from services.experiments.cartesian_rows import Cell, all_rows, print_tables
-from services.experiments.cartesian_runs import offline_runs
+from services.experiments.cartesian.figures import Run, judged, metrics_of, summed_up
+from services.experiments.cartesian.plants import ideal, lagged
+from services.experiments.cartesian.rows import Cell, all_rows, print_tables
+from services.experiments.cartesian.runs import offline_runs
 
 Matrix = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from services.config import load_robot
-from services.experiments.cartesian_arm import Arm
-from services.experiments.cartesian_boards import (
+from services.experiments.cartesian.arm import Arm
+from services.experiments.cartesian.boards import (
     NEAR_M,
     SPEED_SHARE,
     TIME_S,
@@ -16,10 +16,10 @@ from services.experiments.cartesian_boards import (
     reaches_of,
     rows_of,
 )
-from services.experiments.cartesian_can import Job, run_on_boards
-from services.experiments.cartesian_controllers import CONTENDERS
-from services.experiments.cartesian_figures import Run, judged
-from services.experiments.cartesian_metrics import minimum_jerk
+from services.experiments.cartesian.can import Job, run_on_boards
+from services.experiments.cartesian.controllers import CONTENDERS
+from services.experiments.cartesian.figures import Run, judged
+from services.experiments.cartesian.metrics import minimum_jerk
 
 
 @pytest.fixture(scope="module")

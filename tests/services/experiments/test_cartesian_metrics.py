@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from services.experiments.cartesian_metrics import (
+from services.experiments.cartesian.metrics import (
     distances_to_curve,
     estimate,
     judge_move,

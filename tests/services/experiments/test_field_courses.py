@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from services.experiments.field_arm_courses import (
+from services.experiments.whole_arm.courses import (
     GONE_M,
     OPENS_S,
     STANDING,
@@ -13,8 +13,8 @@ from services.experiments.field_arm_courses import (
     other_arm_scene,
     passing_scene,
 )
-from services.experiments.field_arm_jobs import setting_for
-from services.experiments.field_arm_setting import ArmSetting
+from services.experiments.whole_arm.jobs import setting_for
+from services.experiments.whole_arm.setting import ArmSetting
 
 
 @pytest.fixture(scope="module")

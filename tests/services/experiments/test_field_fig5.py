@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from services.config import load_robot
-from services.experiments.field_fig5 import band_m, panels, stack_reaches, stack_rows
-from services.experiments.field_fig5_plot import draw
-from services.experiments.field_fig5_scenes import Figure5, figure_scenes
-from services.experiments.field_fig5_stack import StackReach
+from services.experiments.field_figures.fig5 import band_m, panels, stack_reaches, stack_rows
+from services.experiments.field_figures.fig5_plot import draw
+from services.experiments.field_figures.fig5_scenes import Figure5, figure_scenes
+from services.experiments.field_figures.fig5_stack import StackReach
 from services.robotfile.robot_tables import RobotFile
 
 

@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 
 from services.config import load_robot
-from services.experiments.cartesian_arm import Arm
-from services.experiments.field_fig6 import DFORC, LIMB, ROBOT, ULNA, both_fields, dforc_fig6
-from services.experiments.field_fig6_arm import PerfectArm
-from services.experiments.field_fig6_draw import fig6_scene
+from services.experiments.cartesian.arm import Arm
+from services.experiments.field_figures.fig6 import (
+    DFORC,
+    LIMB,
+    ROBOT,
+    ULNA,
+    both_fields,
+    dforc_fig6,
+)
+from services.experiments.field_figures.fig6_arm import PerfectArm
+from services.experiments.field_figures.fig6_draw import fig6_scene
 
 
 def test_the_hand_follows_a_still_point_to_where_it_is() -> None:

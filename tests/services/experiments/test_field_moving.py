@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from services.experiments.field_moving import MovingRunner, measure, moving_rows
-from services.experiments.field_moving_draw import (
+from services.experiments.field_scenes.moving import MovingRunner, measure, moving_rows
+from services.experiments.field_scenes.moving_draw import (
     MOVES_S,
     OBSTACLE_M,
     PERIOD_S,

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from services.experiments.field_fig4 import dforc_fig4, drift_rows
-from services.experiments.field_paper import paper_rows
-from services.experiments.field_pmp import SETTINGS, Outcome, run_setting, targets_of
-from services.experiments.field_pmp_arm import (
+from services.experiments.field_figures.fig4 import dforc_fig4, drift_rows
+from services.experiments.field_figures.paper import paper_rows
+from services.experiments.field_figures.pmp import SETTINGS, Outcome, run_setting, targets_of
+from services.experiments.field_figures.pmp_arm import (
     HOME_DEG,
     MEASURED,
     OWN,
@@ -18,7 +18,7 @@ from services.experiments.field_pmp_arm import (
     mid_range,
     spread,
 )
-from services.experiments.field_targets import reach
+from services.experiments.field_figures.targets import reach
 
 FEW = 40
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from services.experiments.field_point_draw import (
+from services.experiments.field_scenes.point_draw import (
     CLEAR_M,
     FAMILIES,
     hard_scene,
     random_scene,
 )
-from services.experiments.field_point_scenes import PointRunner, point_scene_rows
+from services.experiments.field_scenes.point_scenes import PointRunner, point_scene_rows
 
 
 def test_balls_leave_start_and_goal_free() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dforc.collision.obstacles import Obstacle, box, cylinder, ellipsoid, sphere
-from services.experiments.field_arm_draw import (
+from services.experiments.whole_arm.draw import (
     CLEAR_M,
     FAMILIES,
     LONGEST_M,
@@ -16,13 +16,13 @@ from services.experiments.field_arm_draw import (
     family_scene,
     random_scene,
 )
-from services.experiments.field_arm_jobs import Job, do, jobs_of, setting_for
-from services.experiments.field_arm_laws import Answer, Seen, ellipsoids
-from services.experiments.field_arm_lineup import make_law
-from services.experiments.field_arm_referee import Array, Capsule, Referee, Standing, Verdict
-from services.experiments.field_arm_rows import answer_rows, rate_rows
-from services.experiments.field_arm_run import Moment, Outcome, run
-from services.experiments.field_arm_setting import ArmSetting
+from services.experiments.whole_arm.jobs import Job, do, jobs_of, setting_for
+from services.experiments.whole_arm.laws import Answer, Seen, ellipsoids
+from services.experiments.whole_arm.lineup import make_law
+from services.experiments.whole_arm.referee import Array, Capsule, Referee, Standing, Verdict
+from services.experiments.whole_arm.rows import answer_rows, rate_rows
+from services.experiments.whole_arm.run import Moment, Outcome, run
+from services.experiments.whole_arm.setting import ArmSetting
 from services.robotfile.model_file import urdf_path
 
 URDF = str(urdf_path("iCubLisboa01"))

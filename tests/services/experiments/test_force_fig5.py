@@ -9,9 +9,9 @@ import pytest
 
 from services.config import load_robot
 from services.core.errors import ConfigError
-from services.experiments.force_fig5 import draw, force_fig5
-from services.experiments.free_motion import EASE_S, SWINGS, eased, swing_of
-from services.experiments.wrench_errors import Comparison
+from services.experiments.forces.fig5 import draw, force_fig5
+from services.experiments.forces.free_motion import EASE_S, SWINGS, eased, swing_of
+from services.experiments.forces.wrench_errors import Comparison
 from services.robotfile.wiring import joint_limits_deg
 
 PNG = b"\x89PNG"

@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from services.experiments.force_fig6 import force_fig6
-from services.experiments.made_arm import JOINTS, made_arm
+from services.experiments.forces.fig6 import force_fig6
+from services.experiments.forces.made_arm import JOINTS, made_arm
 
 
 def test_the_made_torques_are_model_friction_and_noise() -> None:

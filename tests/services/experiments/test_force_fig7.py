@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from services.core.errors import ConfigError
-from services.experiments import icubdyn
-from services.experiments.arm_learning import ArmTask, Rows, load_task, predict_then_update
-from services.experiments.force_fig7 import Curve, Outcome, force_fig7, rows_of
+from services.experiments.forces import icubdyn
+from services.experiments.forces.arm_learning import ArmTask, Rows, load_task, predict_then_update
+from services.experiments.forces.fig7 import Curve, Outcome, force_fig7, rows_of
 
 
 def test_a_label_that_is_late_is_learned_after_the_guess_that_it_is_late_for() -> None:

@@ -9,19 +9,19 @@ import pytest
 from rich.console import Console
 
 from services.config import load_robot
-from services.experiments import icubdyn
-from services.experiments.arm_learning import load_task
-from services.experiments.force_table1 import (
+from services.experiments.forces import icubdyn
+from services.experiments.forces.arm_learning import load_task
+from services.experiments.forces.icubdyn import Recording
+from services.experiments.forces.identified_arm import identified_nmse
+from services.experiments.forces.paper_table1 import PAPER
+from services.experiments.forces.recorded_arm import BARS, recorded_rows
+from services.experiments.forces.table1 import (
     Errors,
     force_table1,
     interpretation,
     table,
 )
-from services.experiments.icubdyn import Recording
-from services.experiments.identified_arm import identified_nmse
-from services.experiments.paper_table1 import PAPER
-from services.experiments.recorded_arm import BARS, recorded_rows
-from services.experiments.wrench_errors import Comparison, limbs, of_recording
+from services.experiments.forces.wrench_errors import Comparison, limbs, of_recording
 
 here = pytest.mark.skipif(not icubdyn.is_here(), reason="the recording icubdyn.tgz is not here")
 

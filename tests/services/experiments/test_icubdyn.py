@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from services.core.errors import ConfigError
-from services.experiments import icubdyn
-from services.experiments.icubdyn import ROWS, find, load, read
+from services.experiments.forces import icubdyn
+from services.experiments.forces.icubdyn import ROWS, find, load, read
 
 ROW = " ".join(map(str, [90, 180, -90, 45, 18, 36, 54, 72, 360, 0, 0, 0, 1.5, 2, 3, 0.1, 0.2, 0.3]))
 

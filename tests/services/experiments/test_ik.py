@@ -7,15 +7,15 @@ from pathlib import Path as File
 import numpy as np
 import pytest
 
-from services.experiments.ik_arm import Arm, Array, both_arms, measured_arm
-from services.experiments.ik_contenders import Answer, Nothing, Ours, Stock
-from services.experiments.ik_measure import Run, follow, largest_step_rad, percent, search, worth
-from services.experiments.ik_nlp import Form, PlainNlp
-from services.experiments.ik_paths import CENTRE, GAIN_M, Path, joint_path, lap_of
-from services.experiments.ik_peers import peers
-from services.experiments.ik_poses import OURS, POSITION, Sample, at, bars
-from services.experiments.ik_sets import Sizes, Targets, orientation_out, position_out, reachable
-from services.experiments.ik_table import lines
+from services.experiments.ik.arm import Arm, Array, both_arms, measured_arm
+from services.experiments.ik.contenders import Answer, Nothing, Ours, Stock
+from services.experiments.ik.measure import Run, follow, largest_step_rad, percent, search, worth
+from services.experiments.ik.nlp import Form, PlainNlp
+from services.experiments.ik.paths import CENTRE, GAIN_M, Path, joint_path, lap_of
+from services.experiments.ik.peers import peers
+from services.experiments.ik.poses import OURS, POSITION, Sample, at, bars
+from services.experiments.ik.sets import Sizes, Targets, orientation_out, position_out, reachable
+from services.experiments.ik.table import lines
 
 FEW = Sizes(reachable=3, unreachable=2, objective_starts=3, starts=3)
 
