@@ -25,6 +25,7 @@ from services.fields.around import BodyReading, around_limb
 from services.fields.driver import PointDriver, start_at
 from services.fields.goal_intake import GoalIntake
 from services.fields.limbs import FieldLimb
+from services.fields.messages import FieldStatus
 from services.fields.mode import PERIOD_S, HandPoint, Motion, Surroundings
 from services.fields.modes import DEFAULT_MODE, mode_makers
 from services.fields.refusals import Refusals
@@ -201,26 +202,31 @@ class Field(Service):
         seen: tuple[SeenObject, ...],
         around: Surroundings,
     ) -> None:
-        driver = self._driver
-        told = field_status(now_ns, driver, self._hands(), around, seen, self._limb)
-        state, reason = told.state, told.reason
-        solution = inputs.fresh(IK_SOLUTION, ANSWER_AGE_S)
-        if self._waiting:
-            state, reason = "waiting", self._waiting
-        elif state == "arrived" and solution is not None and solution.status == "infeasible":
-            state, reason = "unreachable", solution.reason
-        elif state == "reaching" and not reason and driver.lag_m > FAR_BEHIND_M:
-            reason = f"the hand is {driver.lag_m * 1e3:.0f} mm behind the point"
+        told = field_status(now_ns, self._driver, self._hands(), around, seen, self._limb)
+        state, reason = self._state(told, inputs.fresh(IK_SOLUTION, ANSWER_AGE_S))
         status = msgspec.structs.replace(
             told,
             state=state,
             reason=reason,
-            goal=self._goals.number,
+            last_goal=self._goals.number,
             refused=self._refusals.count,
             refusal=self._refusals.newest,
             assumed=self._body.assumed,
         )
         outputs.put(FIELD_STATUS, status)
+
+    def _state(self, told: FieldStatus, solution: IkSolution | None) -> tuple[str, str]:
+        """State and reason, as far as more than the points is known."""
+        driver, state, reason = self._driver, told.state, told.reason
+        if self._waiting:
+            return "waiting", self._waiting
+        if driver.goal is None and self._goals.number:
+            return state, f"goal {self._goals.number} was withdrawn"
+        if state == "arrived" and solution is not None and solution.status == "infeasible":
+            return "unreachable", solution.reason
+        if state == "reaching" and not reason and driver.lag_m > FAR_BEHIND_M:
+            reason = f"the hand is {driver.lag_m * 1e3:.0f} mm behind the point"
+        return state, reason
 
     def _hands(self) -> tuple[HandPoint, ...]:
         """The points, or the measured hands where none is in motion; none where neither is."""

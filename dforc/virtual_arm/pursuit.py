@@ -14,13 +14,14 @@ from enum import Enum, auto
 from dforc.arrays import Vector
 from dforc.collision.body import Body
 from dforc.limits import JointLimits
+from dforc.poses import is_beyond
 from dforc.virtual_arm.goal_postures import GoalSearch
 from dforc.virtual_arm.goals import ArmState
 from dforc.virtual_arm.motion import Indices
 from dforc.virtual_arm.params import ArmParams
 from dforc.virtual_arm.planner import PlanState, PosturePlanner
 from dforc.virtual_arm.progress import Progress
-from dforc.virtual_arm.situation import Goals, Situation, is_beyond
+from dforc.virtual_arm.situation import Goals, Situation
 from dforc.virtual_arm.way import Way
 
 MOVED_M, TURNED_RAD = 0.03, math.radians(15.0)  # a goal that has moved more: other postures

@@ -231,8 +231,11 @@ def _watch(control: BlockingFieldControl, goal: int, timeout_s: float) -> int:
             except WaitTimeoutError:
                 status = control.status()
                 shown.update(progress_line(status))
-            if status.goal > goal:
-                complain(f"goal {status.goal} has taken the place of goal {goal}")
+            if status.last_goal > goal:
+                complain(f"goal {status.last_goal} has taken the place of goal {goal}")
+                return REFUSED
+            if status.last_goal == goal and not status.goal:
+                complain(f"goal {goal} was withdrawn")
                 return REFUSED
             if status.goal == goal and status.state == "arrived":
                 print(progress_line(status))

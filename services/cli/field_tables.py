@@ -21,7 +21,7 @@ def status_lines(status: FieldStatus) -> Iterator[str]:
     """State, and what it is due to."""
     gains = ", ".join(f"{name} {value:g}" for name, value in status.gains)
     yield f"mode {status.mode}: {gains}"
-    goal = f"goal {status.goal} of {status.limb}" if status.goal else f"no goal yet, {status.limb}"
+    goal = f"goal {status.goal} of {status.limb}" if status.goal else f"no goal, {status.limb}"
     away = "" if math.isnan(status.goal_distance_m) else f", {millimetres(status.goal_distance_m)}"
     if away and not math.isnan(status.goal_angle_rad):
         away += f" and {math.degrees(status.goal_angle_rad):.1f} deg"

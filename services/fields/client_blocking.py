@@ -164,7 +164,7 @@ class BlockingFieldControl(FieldQuestions):
 
         def is_there() -> bool:
             newest = self._newest
-            if newest is None or newest.goal < goal:
+            if newest is None or newest.last_goal < goal:
                 return False
             return newest.state in wanted
 

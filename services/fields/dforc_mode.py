@@ -1,27 +1,27 @@
 """Mode `dforc`: the paper's field moves a point for each hand (DForC, eqs. 3 to 5).
 
 As published: only the hand is kept out of obstacles, which are ellipsoids, and the point can be
-trapped. The orientation is no part of the field: it turns to the goal's at a bounded rate.
+trapped. The orientation is no part of the field: it turns to the goal's at a bounded rate, and the
+way round that the arm can.
 """
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from dforc import rotation
 from dforc.arrays import Matrix, Vector
 from dforc.collision.obstacles import Triple
 from dforc.field.force import FieldParams, PointState, Target, force, repulsion, scene_of
 from dforc.field.kernel_force import Scene
 from dforc.field.rollout import step
+from dforc.field.turning import Turning
+from dforc.ik.problem import TipTarget
 from services.fields.clearances import hand_clearance
 from services.fields.limbs import FieldLimb
 from services.fields.mode import PERIOD_S, Goals, HandGoal, HandPoint, Motion, Start, Surroundings
 from services.fields.seen import as_ellipsoid
 from services.fields.standstill import Standstill
 from services.reaching.tip_poses import vector3
-
-TURN_RAD_S = 1.5
 
 
 class DforcMode:
@@ -37,6 +37,7 @@ class DforcMode:
         self._params = _params(gains)
         self._hands: tuple[HandPoint, ...] = ()
         self._still = Standstill()
+        self._turning = Turning(limb.problem)
 
     def use(self, gains: Mapping[str, float]) -> None:
         """Other forces act on the points from now on."""
@@ -44,15 +45,21 @@ class DforcMode:
         self._params = _params(gains)
 
     def begin(self, start: Start) -> None:
-        """The points are those given; the posture does not matter."""
+        """The points are those given; the posture says which way round the hands may turn."""
         self._hands = start.hands
+        self._turning.begin(start.q_rad)
         self._still = Standstill()
 
     def step(self, goals: Goals | None, around: Surroundings, lag_m: float) -> Motion:  # noqa: ARG002
         """The points obey the forces; that of a hand without a goal stands."""
         asked: Goals = (None,) * len(self._hands) if goals is None else goals
-        pairs = list(zip(self._hands, asked, strict=True))
-        self._hands = tuple(self._moved(hand, goal, around) for hand, goal in pairs)
+        turns = self._turning.step(
+            [hand.rotation for hand in self._hands], [_tip_target(goal) for goal in asked], PERIOD_S
+        )
+        self._hands = tuple(
+            self._moved(hand, goal, turned, around)
+            for hand, goal, turned in zip(self._hands, asked, turns, strict=True)
+        )
         state, reason = ("idle", "")
         if goals is not None:
             state, reason = self._still.judge(self._hands, goals)
@@ -79,15 +86,14 @@ class DforcMode:
             found[seen.name] = _size(repulsion(state.position_m, alone))
         return found
 
-    def _moved(self, hand: HandPoint, goal: HandGoal | None, around: Surroundings) -> HandPoint:
+    def _moved(
+        self, hand: HandPoint, goal: HandGoal | None, turned: Matrix, around: Surroundings
+    ) -> HandPoint:
         scene = self._scene(hand, goal, around)
         before = PointState(
             position_m=vector3(hand.position_m), velocity_m_s=vector3(hand.velocity_m_s)
         )
         after = step(before, scene, PERIOD_S)
-        turned = hand.rotation
-        if goal is not None and goal.rotation is not None:
-            turned = turned_towards(hand.rotation, goal.rotation, TURN_RAD_S * PERIOD_S)
         return HandPoint(
             position_m=np.array(after.position_m),
             rotation=turned,
@@ -104,15 +110,6 @@ class DforcMode:
         return scene_of(targets, obstacles, self._params)
 
 
-def turned_towards(turned: Matrix, goal: Matrix, most_rad: float) -> Matrix:
-    """An orientation turned to another on the shortest way, by at most `most_rad`."""
-    left = rotation.rotation_error(turned, goal)
-    angle_rad = float(np.linalg.norm(left))
-    if angle_rad <= most_rad:
-        return goal
-    return rotation.matrix(left * (most_rad / angle_rad)) @ turned
-
-
 def _params(gains: Mapping[str, float]) -> FieldParams:
     return FieldParams(
         stiffness_n_m=gains["K"],
@@ -125,6 +122,10 @@ def _params(gains: Mapping[str, float]) -> FieldParams:
 
 def _target(goal: HandGoal) -> Target:
     return Target(position_m=vector3(goal.position_m))
+
+
+def _tip_target(goal: HandGoal | None) -> TipTarget | None:
+    return None if goal is None else TipTarget(goal.position_m, goal.rotation)
 
 
 def _size(force_n: Triple) -> float:

@@ -141,7 +141,7 @@ class FieldStatus(Message, frozen=True, kw_only=True):
     limb: str  # in use, or last in use
     state: str  # of STATES
     reason: str = ""  # what the state is due to, and what would help
-    goal: int = 0  # number of the newest one; 0 = there was none
+    goal: int = 0  # number of the one in use; 0 = none is, or not any more
     goal_position_m: Vector3 = NAN3
     goal_distance_m: float = math.nan  # of the worst hand
     goal_angle_rad: float = math.nan  # NaN where the orientation does not matter
@@ -158,3 +158,4 @@ class FieldStatus(Message, frozen=True, kw_only=True):
     held: int = 0  # ticks so far that held the last safe velocity
     nodes: int = 0  # of the planner
     assumed: tuple[str, ...] = ()  # parts that are not heard: taken to be where they were last
+    last_goal: int = 0  # number of the newest one, withdrawn or not; 0 = there was none

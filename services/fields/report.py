@@ -31,7 +31,10 @@ def field_status(
     seen: tuple[SeenObject, ...],
     limb: FieldLimb,
 ) -> FieldStatus:
-    """All but the counts and the reason. `hands` are the points, or the hands where none moves."""
+    """All but the counts, and the state as far as the points know it.
+
+    `hands` are the points, or the hands where none moves.
+    """
     motion, goals, goal = driver.motion, driver.asked, driver.goal
     clearance_m, nearest = math.nan, ("", "")
     if motion is not None:
@@ -43,6 +46,7 @@ def field_status(
         limb=limb.name,
         state="idle" if motion is None else motion.state,
         reason="" if motion is None else motion.reason,
+        goal=0 if goal is None else goal.number,
         goal_position_m=goal_place(goal, goals),
         goal_distance_m=math.nan
         if motion is None or goals is None

@@ -66,6 +66,13 @@ def test_the_papers_gains_are_taken_in_one_go(stand: FieldStand) -> None:
     assert dict(stand.set(preset="default").gains)["K"] == 9.0
 
 
+def test_what_the_papers_do_not_have_is_at_its_default_among_theirs() -> None:
+    before = initial_gains("ulna") | {"speed": 0.1, "margin": 0.05, "K": 30.0}
+    gains = changed_gains("ulna", before, (), "paper")
+    assert (gains["K"], gains["D"], gains["T"]) == (4.0, 8.0, 0.6)
+    assert (gains["speed"], gains["margin"], gains["self_margin"]) == (0.3, 0.02, 0.005)
+
+
 def test_the_point_carries_mode_and_trajectory_time(stand: FieldStand) -> None:
     stand.set(gains=(("T", 0.6),))
     stand.send(stand.goal(-0.1, 0.0, 0.0))

@@ -168,7 +168,13 @@ def test_stop_withdraws_the_goal(stand: FieldStand) -> None:
     before = len(stand.bench.sent(VIRTUAL_POINT))
     stand.run(0.2)
     assert len(stand.bench.sent(VIRTUAL_POINT)) == before
-    assert stand.told().state == "idle"
+    status = stand.told()
+    assert (status.state, status.reason) == ("idle", "goal 1 was withdrawn")
+    assert (status.goal, status.last_goal) == (0, 1)
+    assert all(math.isnan(value) for value in (*status.goal_position_m, status.goal_distance_m))
+    stand.ask(FieldRequest(action="goal", goal=stand.goal(-0.1, 0.0, 0.0)))
+    status = stand.told()
+    assert (status.goal, status.last_goal, status.reason) == (2, 2, "")
 
 
 def test_forgotten_objects_are_in_the_way_no_more(stand: FieldStand) -> None:

@@ -19,7 +19,7 @@ from services.core.errors import ConfigError
 
 SHA256 = "ce6e95d44191b57a034702297032a3ae893f1c9280a06386b7a78114aef11d0f"
 SOURCE = "robotology/icub-main: src/modules/learningMachine/exampledata/icubdyn.tgz"
-CHECKOUT = Path(__file__).resolve().parents[2]
+CHECKOUT = Path(__file__).resolve().parents[3]
 DEFAULT_ARCHIVE = CHECKOUT.parent / "shared" / "data" / "icubdyn.tgz"
 
 JOINTS = ("r_shoulder_pitch", "r_shoulder_roll", "r_shoulder_yaw", "r_elbow")

@@ -156,3 +156,43 @@ def test_knows_nothing_of_an_object_never_seen() -> None:
     assert not tracker.is_seen
     with pytest.raises(TrackingError, match="never been seen"):
         tracker.at(0.0)
+
+
+def stroke(way_m: float, duration_s: float) -> Array:
+    """Rest, a stroke of minimum jerk, rest."""
+    s = np.clip((PERIOD_S * np.arange(600) - 3.0) / duration_s, 0.0, 1.0)
+    return np.outer(way_m * s**3 * (10.0 - 15.0 * s + 6.0 * s**2), (0.6, 0.0, 0.8))
+
+
+def avoided(truth: Array, noise_m: float, seed: int = 0) -> tuple[Array, Array]:
+    """Places and velocities (k, 3) to keep clear of, behind a path."""
+    rng = np.random.default_rng(seed)
+    tracker = ObjectTracker()
+    states = []
+    for i, place in enumerate(truth):
+        sample = place + rng.normal(0.0, noise_m, 3)
+        tracker.update(PERIOD_S * i, sample, noise_m**2 * np.eye(3))
+        states.append(tracker.avoided_at(PERIOD_S * i))
+    places, velocities, _ = zip(*states, strict=True)
+    return np.array(places), np.array(velocities)
+
+
+def test_what_is_kept_clear_of_is_where_a_hand_has_it_from_the_first_moment() -> None:
+    truth = stroke(0.3, 1.6)  # 0.35 m/s at its peak
+    for seed in range(5):
+        places, _ = avoided(truth, 0.005, seed)
+        assert np.linalg.norm(places - truth, axis=1)[20:].max() < 0.018
+
+
+def test_what_is_kept_clear_of_stands_still_with_its_object() -> None:
+    places, velocities = avoided(np.zeros((600, 3)), 0.005)
+    still = (velocities[300:] == 0.0).all(axis=1) | (
+        np.linalg.norm(velocities[300:], axis=1) < 0.01
+    )
+    assert still.mean() > 0.9
+    assert rms(places[300:]) < 0.004
+
+
+def test_nothing_can_be_kept_clear_of_what_was_never_seen() -> None:
+    with pytest.raises(TrackingError, match="never been seen"):
+        ObjectTracker().avoided_at(0.0)

@@ -107,9 +107,16 @@ def test_a_status_tells_state_distance_clearance_and_what_is_odd() -> None:
 
 
 def test_a_status_that_waits_tells_why() -> None:
-    assert list(status_lines(WAITING))[1:] == ["no goal yet, right_arm: waiting", "no joint states"]
+    assert list(status_lines(WAITING))[1:] == ["no goal, right_arm: waiting", "no joint states"]
     assert progress_line(WAITING) == "waiting: no joint states"
     assert progress_line(REACHING) == "reaching, 123.4 mm to go, clearance 30.1 mm"
+
+
+def test_a_goal_that_was_withdrawn_is_shown_as_such_and_as_none() -> None:
+    stopped = msgspec.structs.replace(
+        WAITING, state="idle", reason="goal 3 was withdrawn", last_goal=3
+    )
+    assert list(status_lines(stopped))[1:] == ["no goal, right_arm: idle", "goal 3 was withdrawn"]
 
 
 def test_every_field_has_a_row() -> None:
@@ -129,6 +136,18 @@ def test_every_field_has_a_row() -> None:
 def test_gains_are_shown_with_unit_default_and_the_paper_s_value() -> None:
     row = next(line for line in printed(gains_table(INFO.modes[0])).splitlines() if " K " in line)
     assert row.split()[:7] == ["K", "9", "N/m", "9", "4", "0", "400"]
+
+
+def test_a_gain_that_the_papers_do_not_have_is_shown_without_their_value() -> None:
+    info = ModeInfo(name="ulna", promises="", gains=as_infos("ulna", initial_gains("ulna")))
+    lines = [line.split() for line in printed(gains_table(info)).splitlines() if line.strip()]
+    rows = {words[0]: words for words in lines}
+    assert rows["K"][:5] == ["K", "16", "N/m", "16", "4"]
+    assert rows["T"][:5] == ["T", "0.2", "s", "0.2", "0.6"]
+    for name, default in (("speed", "0.3"), ("margin", "0.02"), ("self_margin", "0.005")):
+        assert rows[name][3:5] == [default, "-"]
+    assert rows["turn"][3:5] == ["1.5", "-"]
+    assert rows["least_margin"][3:5] == ["0.004", "-"]
 
 
 def test_objects_are_shown_as_a_command_line_takes_them() -> None:
