@@ -10,13 +10,9 @@ BlockingFieldControl is the same without asyncio. Whatever cannot be had is an e
 reason; docs/fields.md has every call.
 """
 
-import asyncio
 import functools
-from collections.abc import Callable, Coroutine
-from types import TracebackType
-from typing import Concatenate, ParamSpec, Self, TypeVar
 
-from services.core.errors import ServiceError
+from services.core.awaitable import AwaitableClient, awaitable
 from services.fields.client_blocking import SOURCE, BlockingFieldControl
 from services.fields.client_objects import ObjectHandle
 from services.fields.messages import FieldInfo, FieldStatus, Preview
@@ -33,24 +29,11 @@ __all__ = (
     "WaitTimeoutError",
 )
 
-P = ParamSpec("P")
-ResultT = TypeVar("ResultT")
 
-
-def awaitable(
-    method: Callable[Concatenate[BlockingFieldControl, P], ResultT],
-) -> Callable[Concatenate["FieldControl", P], Coroutine[None, None, ResultT]]:
-    """The same call, to be awaited: another thread waits for the answer."""
-
-    async def call(control: "FieldControl", /, *arguments: P.args, **named: P.kwargs) -> ResultT:
-        return await asyncio.to_thread(method, control.connected(), *arguments, **named)
-
-    functools.update_wrapper(call, method)
-    return call
-
-
-class FieldControl:
+class FieldControl(AwaitableClient[BlockingFieldControl]):
     """The field of one stack. Use it as an asynchronous context manager."""
+
+    how_to_use = "use it inside `async with FieldControl() as field:`"
 
     info = awaitable(BlockingFieldControl.info)
     gains = awaitable(BlockingFieldControl.gains)
@@ -68,31 +51,6 @@ class FieldControl:
         self, stack: str = "icub", source: str = SOURCE, *, keep_objects: bool = False
     ) -> None:
         """Connects when it is entered; the arguments are those of BlockingFieldControl."""
-        self._connect = functools.partial(
-            BlockingFieldControl, stack, source, keep_objects=keep_objects
+        super().__init__(
+            functools.partial(BlockingFieldControl, stack, source, keep_objects=keep_objects)
         )
-        self._blocking: BlockingFieldControl | None = None
-
-    async def __aenter__(self) -> Self:
-        self._blocking = await asyncio.to_thread(self._connect)
-        return self
-
-    async def __aexit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        blocking, self._blocking = self._blocking, None
-        if blocking is not None:
-            await asyncio.to_thread(blocking.close)
-
-    def connected(self) -> BlockingFieldControl:
-        """The connection.
-
-        Raises:
-            ServiceError: there is none.
-        """
-        if self._blocking is None:
-            raise ServiceError("use it inside `async with FieldControl() as field:`")
-        return self._blocking

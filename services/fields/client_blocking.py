@@ -3,14 +3,11 @@
 import contextlib
 import threading
 from collections.abc import Sequence
-from types import TracebackType
-from typing import Self
 
 from dforc.arrays import ArrayLike
-from services.core.client import Client
-from services.core.clock import NS_PER_S, RealClock
-from services.core.errors import CallFailedError, NotRunningError, ServiceError
-from services.core.rundir import read_record, running
+from services.core.clock import NS_PER_S
+from services.core.connection import StackConnection
+from services.core.errors import CallFailedError, ServiceError
 from services.fields.client_objects import ObjectHandle, ObjectShelf, objects_message, triple
 from services.fields.client_questions import FieldQuestions
 from services.fields.messages import (
@@ -30,7 +27,7 @@ SOURCE = "python"
 STILL: Vector3 = (0.0, 0.0, 0.0)
 
 
-class BlockingFieldControl(FieldQuestions):
+class BlockingFieldControl(StackConnection, FieldQuestions):
     """The field of one stack. Use it as a context manager; it may be used from any thread."""
 
     def __init__(
@@ -46,31 +43,14 @@ class BlockingFieldControl(FieldQuestions):
         Raises:
             ServiceError: no such stack, or its hub does not answer.
         """
-        super().__init__(self._call)
-        try:
-            record = read_record(stack)
-        except NotRunningError as error:
-            raise NotRunningError(f"{error}; start one with `ulna up`") from error
-        self._stack, self._endpoint = stack, record.endpoint
-        self._clock = RealClock()
-        self._bus = Client(record.robot, record.endpoint, self._clock)
+        StackConnection.__init__(self, stack)
+        FieldQuestions.__init__(self, self._call)
         self._source = source
         self._keep_objects = keep_objects
         self._shelf = ObjectShelf(self.publish)
         self._heard = threading.Condition()
         self._newest: FieldStatus | None = None
-        self._bus.listen(FIELD_STATUS, self._hear)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
+        self.bus.listen(FIELD_STATUS, self._hear)
 
     def add_object(
         self,
@@ -117,7 +97,7 @@ class BlockingFieldControl(FieldQuestions):
 
     def publish(self, items: tuple[WorldObject, ...]) -> None:
         """Take the place of all that this client's source has sent; `add_object` does so, too."""
-        self._bus.put(OBJECTS, objects_message(self._clock.now_ns(), self._source, items))
+        self.bus.put(OBJECTS, objects_message(self.clock.now_ns(), self._source, items))
 
     def status(self) -> FieldStatus:
         """The newest one.
@@ -160,7 +140,7 @@ class BlockingFieldControl(FieldQuestions):
         for state in wanted:
             if state not in STATES:
                 raise ServiceError(f"no state {state!r}; there are {', '.join(STATES)}")
-        begun_ns = self._clock.now_ns()
+        begun_ns = self.clock.now_ns()
 
         def is_there() -> bool:
             newest = self._newest
@@ -182,22 +162,19 @@ class BlockingFieldControl(FieldQuestions):
         if self._shelf.take_all() and not self._keep_objects:
             with contextlib.suppress(ServiceError):  # the stack may have gone first
                 self.forget(self._source)
-        self._bus.close()
+        super().close()
 
     def _call(self, request: FieldRequest) -> FieldReply:
         try:
-            return self._bus.call(FIELD_CALL, request)
+            return self.call(FIELD_CALL, request)
         except CallFailedError as error:
-            here = (self._stack, self._endpoint)
-            if here not in [(record.name, record.endpoint) for record in running()]:
-                raise NotRunningError(f"the stack {self._stack!r} has gone") from error
-            if "field" not in self._bus.alive():
+            if "field" not in self.bus.alive():
                 raise self._silence() from error
             raise
 
     def _silence(self) -> ServiceError:
         return ServiceError(
-            f"no field process in stack {self._stack!r}: it is still starting, its parts make up "
+            f"no field process in stack {self.stack!r}: it is still starting, its parts make up "
             "no limb, or it has ended; see `ulna up`'s log"
         )
 

@@ -1,7 +1,6 @@
 """What a Python client asks the field for: modes, goals, paths."""
 
-from collections.abc import Mapping
-from typing import Protocol
+from collections.abc import Callable, Mapping
 
 from dforc.arrays import ArrayLike
 from services.core.errors import ServiceError
@@ -10,19 +9,14 @@ from services.fields.client_objects import STILL
 from services.fields.messages import FieldInfo, FieldReply, FieldRequest, Preview
 from services.reaching.client_types import RequestRefusedError, Rotation
 
-
-class Asks(Protocol):
-    """Sends a request and waits for its reply."""
-
-    def __call__(self, request: FieldRequest) -> FieldReply:
-        """The reply; a refusal comes back as it is."""
-        ...
+Ask = Callable[[FieldRequest], FieldReply]
+"""Sends a request and waits for its reply; a refusal comes back as it is."""
 
 
 class FieldQuestions:
     """A conversation with the field."""
 
-    def __init__(self, ask: Asks) -> None:
+    def __init__(self, ask: Ask) -> None:
         self._send = ask
 
     def info(self) -> FieldInfo:

@@ -14,10 +14,10 @@ import contextlib
 import functools
 from collections.abc import Callable, Coroutine
 from types import TracebackType
-from typing import Concatenate, ParamSpec, Self, TypeVar
+from typing import ParamSpec, Self
 
+from services.core.awaitable import AwaitableClient, awaitable
 from services.core.clock import NS_PER_S, RealClock
-from services.core.errors import ServiceError
 from services.reaching.cartesian_messages import (
     DONE,
     CartesianEvent,
@@ -61,29 +61,15 @@ __all__ = (
 )
 
 P = ParamSpec("P")
-ResultT = TypeVar("ResultT")
 Callback = (
     Callable[[CartesianEvent], None] | Callable[[CartesianEvent], Coroutine[None, None, None]]
 )
 
 
-def awaitable(
-    method: Callable[Concatenate[BlockingCartesianControl, P], ResultT],
-) -> Callable[Concatenate["CartesianControl", P], Coroutine[None, None, ResultT]]:
-    """The same call, to be awaited: another thread waits for the answer."""
-
-    async def call(
-        control: "CartesianControl", /, *arguments: P.args, **named: P.kwargs
-    ) -> ResultT:
-        blocking = await control.registered()
-        return await asyncio.to_thread(method, blocking, *arguments, **named)
-
-    functools.update_wrapper(call, method)
-    return call
-
-
-class CartesianControl:
+class CartesianControl(AwaitableClient[BlockingCartesianControl]):
     """One limb of a running stack. Use it as an asynchronous context manager, in one event loop."""
+
+    how_to_use = "not connected: use `async with CartesianControl(...) as arm`"
 
     pose = awaitable(BlockingCartesianControl.pose)
     poses = awaitable(BlockingCartesianControl.poses)
@@ -115,9 +101,7 @@ class CartesianControl:
             limb: right_arm, left_arm, both_arms, or auto: the arm with the nearer hand.
             stack: name of the running stack.
         """
-        self._limb = limb
-        self._stack = stack
-        self._blocking: BlockingCartesianControl | None = None
+        super().__init__(functools.partial(BlockingCartesianControl, limb, stack))
         self._clock = RealClock()
         self._listeners = Listeners()
         self._ended = asyncio.Event()
@@ -126,8 +110,8 @@ class CartesianControl:
 
     async def __aenter__(self) -> Self:
         self._loop = asyncio.get_running_loop()
-        self._blocking = await asyncio.to_thread(BlockingCartesianControl, self._limb, self._stack)
-        self._blocking.listen(self._listeners)
+        await super().__aenter__()
+        self.connected().listen(self._listeners)
         self._listeners.add(DONE, None, lambda event: self._in_loop(self._note_end, event))
         return self
 
@@ -137,11 +121,9 @@ class CartesianControl:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        blocking, self._blocking = self._blocking, None
         for task in self._running:
             task.cancel()
-        if blocking is not None:
-            await asyncio.to_thread(blocking.close)
+        await super().__aexit__(kind, error, traceback)
 
     async def wait_motion_done(self, timeout_s: float = WAIT_S, motion: int = 0) -> MotionState:
         """Wait until a motion is done: the newest that this client asked for, or that number.
@@ -151,7 +133,7 @@ class CartesianControl:
             WaitTimeoutError: it goes on for longer.
             ServiceError: the stack has gone.
         """
-        number = motion or (await self.registered()).newest
+        number = motion or (await self.ready()).newest
         end_ns = self._clock.now_ns() + round(timeout_s * NS_PER_S)
         while True:
             self._ended.clear()
@@ -176,7 +158,7 @@ class CartesianControl:
         Raises:
             ServiceError: no such kind, or not connected.
         """
-        blocking = self._connected()
+        blocking = self.connected()
         listener = self._listeners.add(
             kind, checkpoint, lambda event: self._in_loop(self._run, callback, event)
         )
@@ -186,11 +168,11 @@ class CartesianControl:
 
     def off(self, listener: Listener) -> None:
         """Take back what `on` registered."""
-        blocking = self._connected()
+        blocking = self.connected()
         if self._listeners.remove(listener) and listener.checkpoint is not None:
             self._watch(blocking, listener.checkpoint, on=False)
 
-    async def registered(self) -> BlockingCartesianControl:
+    async def ready(self) -> BlockingCartesianControl:
         """The connection, once the controller knows of all checkpoints.
 
         Raises:
@@ -199,12 +181,7 @@ class CartesianControl:
         watching, self._watching = self._watching, set()
         for task in watching:
             await task
-        return self._connected()
-
-    def _connected(self) -> BlockingCartesianControl:
-        if self._blocking is None:
-            raise ServiceError("not connected: use `async with CartesianControl(...) as arm`")
-        return self._blocking
+        return self.connected()
 
     def _watch(self, blocking: BlockingCartesianControl, checkpoint: float, *, on: bool) -> None:
         async def watch() -> None:

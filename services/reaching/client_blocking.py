@@ -5,18 +5,14 @@ import logging
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from types import TracebackType
-from typing import Self
 
 from dforc.arrays import ArrayLike
-from services.core.client import Client
-from services.core.clock import NS_PER_S, RealClock
-from services.core.errors import CallFailedError, NotRunningError, ServiceError
-from services.core.rundir import read_record, running
+from services.core.clock import NS_PER_S
+from services.core.connection import StackConnection
+from services.core.errors import ServiceError
 from services.reaching.cartesian_messages import (
     DONE,
     CartesianEvent,
-    CartesianReply,
     CartesianRequest,
     MotionState,
     TipVelocity,
@@ -43,7 +39,7 @@ LOOK_AGAIN_S = 0.5  # at a motion whose end may have been missed
 Callback = Callable[[CartesianEvent], None]
 
 
-class BlockingCartesianControl(SettingRequests):
+class BlockingCartesianControl(StackConnection, SettingRequests):
     """One limb of a running stack. Use it as a context manager; it may be used from any thread."""
 
     def __init__(self, limb: str = "right_arm", stack: str = "icub") -> None:
@@ -56,32 +52,15 @@ class BlockingCartesianControl(SettingRequests):
         Raises:
             ServiceError: no such stack, or its hub does not answer.
         """
-        super().__init__(limb, self._call)
-        try:
-            record = read_record(stack)
-        except NotRunningError as error:
-            raise NotRunningError(f"{error}; start one with `ulna up`") from error
-        self._stack, self._endpoint = stack, record.endpoint
-        self._clock = RealClock()
-        self._bus = Client(record.robot, record.endpoint, self._clock)
+        StackConnection.__init__(self, stack)
+        SettingRequests.__init__(self, limb, lambda request: self.call(CARTESIAN_CALL, request))
         self.newest = 0  # motion that this client asked for
         self._listeners = Listeners()
         self._switching = threading.Lock()
         self._ended = threading.Condition()
         self._ends = 0  # motions that have ended
         self._callbacks = ThreadPoolExecutor(max_workers=1)  # starts its thread when it is needed
-        self._bus.listen(CARTESIAN_EVENTS, self._hear)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.close()
+        self.bus.listen(CARTESIAN_EVENTS, self._hear)
 
     def take_set_points(self, timeout_s: float = SWITCH_S) -> None:
         """Switch the limb's free joints to position-direct mode: then the controller moves them.
@@ -91,7 +70,7 @@ class BlockingCartesianControl(SettingRequests):
             WaitTimeoutError: it takes too long.
         """
         with self._switching:
-            switch_to_direct(self._bus, self._clock, self._free_joints(), timeout_s)
+            switch_to_direct(self.bus, self.clock, self._free_joints(), timeout_s)
 
     def go_to_pose(
         self,
@@ -162,13 +141,13 @@ class BlockingCartesianControl(SettingRequests):
             ServiceError: the stack has gone.
         """
         number = motion or self.newest
-        end_ns = self._clock.now_ns() + round(timeout_s * NS_PER_S)
+        end_ns = self.clock.now_ns() + round(timeout_s * NS_PER_S)
         while True:
             ends = self._ends
             state = self.motion(number)
             if state.done:
                 return ended_well(state)
-            left_s = (end_ns - self._clock.now_ns()) / NS_PER_S
+            left_s = (end_ns - self.clock.now_ns()) / NS_PER_S
             if left_s <= 0.0:
                 raise WaitTimeoutError(f"motion {state.motion} goes on after {timeout_s:g} s")
             with self._ended:
@@ -219,7 +198,7 @@ class BlockingCartesianControl(SettingRequests):
             if listener.checkpoint is not None:
                 with contextlib.suppress(ServiceError):  # the stack may have gone first
                     self.watch(listener.checkpoint, on=False)
-        self._bus.close()
+        super().close()
         self._callbacks.shutdown(wait=False, cancel_futures=True)
 
     def _free_joints(self) -> tuple[str, ...]:
@@ -227,15 +206,6 @@ class BlockingCartesianControl(SettingRequests):
             return tuple(joint for joint, free in self.settings().free.items() if free)
         arms = [limb for limb in self.info().limbs if len(limb.tips) == 1]
         return tuple(dict.fromkeys(joint for arm in arms for joint in arm.joints))
-
-    def _call(self, request: CartesianRequest) -> CartesianReply:
-        try:
-            return self._bus.call(CARTESIAN_CALL, request)
-        except CallFailedError as error:
-            here = (self._stack, self._endpoint)
-            if here not in [(record.name, record.endpoint) for record in running()]:
-                raise NotRunningError(f"the stack {self._stack!r} has gone") from error
-            raise
 
     def _hear(self, event: CartesianEvent) -> None:
         """Runs in a thread of Zenoh's."""

@@ -1,7 +1,6 @@
 """Requests of the Python client that read: poses, postures, motions, what there is."""
 
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Callable, Sequence
 
 from dforc.arrays import ArrayLike
 from services.core.errors import ServiceError
@@ -21,19 +20,14 @@ from services.reaching.client_types import (
 )
 from services.reaching.messages import TipPose
 
-
-class Asks(Protocol):
-    """Sends a request and waits for its reply."""
-
-    def __call__(self, request: CartesianRequest) -> CartesianReply:
-        """The reply; a refusal comes back as it is."""
-        ...
+Ask = Callable[[CartesianRequest], CartesianReply]
+"""Sends a request and waits for its reply; a refusal comes back as it is."""
 
 
 class Requests:
     """One limb's conversation with the Cartesian controller."""
 
-    def __init__(self, limb: str, ask: Asks) -> None:
+    def __init__(self, limb: str, ask: Ask) -> None:
         self.limb = limb
         self._send = ask
 
