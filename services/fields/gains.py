@@ -1,8 +1,10 @@
 """Constants of every mode: the papers' letters and units, defaults, the papers' values, bounds.
 
+What the papers have no value for keeps its default among theirs.
 Beyond the bounds the point would run away at 10 ms, or never move.
 """
 
+import math
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
@@ -39,6 +41,7 @@ def _gain(
 
 SWITCH = (0.0, 1.0)  # values of a gain that is off or on
 SWITCHES = ("truncated", "targets", "variant", "limits", "gamma")
+NONE = math.nan  # the papers have no such constant
 T_MEANS = "trajectory time of the controller; 0 = the robot file's"
 TIME = _gain("T", "s", T_MEANS, 0, 0.6, (0, 10))
 
@@ -74,11 +77,11 @@ TABLES: Mapping[str, tuple[GainInfo, ...]] = MappingProxyType(
             _gain("D", "Ns/m", "damping; K/D is the speed per metre", 8, 8, (0.1, 100)),
             # The arm trails the virtual one by 0.56 T, and so it gives way later.
             _gain("T", "s", T_MEANS, 0.2, 0.6, (0, 10)),
-            _gain("speed", "m/s", "fastest of the hand", 0.3, 0.3, (0.01, 1)),
-            _gain("turn", "rad/s", "fastest turn of the hand", 1.5, 1.5, (0.05, 6)),
-            _gain("margin", "m", "kept from obstacles where it can be", 0.02, 0.02, (0, 0.2)),
-            _gain("least_margin", "m", "kept in any case", 0.004, 0.004, (0, 0.1)),
-            _gain("self_margin", "m", "kept between links", 0.005, 0.005, (0, 0.05)),
+            _gain("speed", "m/s", "fastest of the hand", 0.3, NONE, (0.01, 1)),
+            _gain("turn", "rad/s", "fastest turn of the hand", 1.5, NONE, (0.05, 6)),
+            _gain("margin", "m", "kept from obstacles where it can be", 0.02, NONE, (0, 0.2)),
+            _gain("least_margin", "m", "kept in any case", 0.004, NONE, (0, 0.1)),
+            _gain("self_margin", "m", "kept between links", 0.005, NONE, (0, 0.05)),
         ),
     }
 )
@@ -102,7 +105,7 @@ def changed_gains(
         raise ConfigError(f"unknown preset {preset!r}; known: {', '.join(PRESETS)}")
     gains = dict(before)
     if preset:
-        gains = {name: getattr(gain, preset) for name, gain in table.items()}
+        gains = {name: _preset(gain, preset) for name, gain in table.items()}
     for name, value in changes:
         if name not in table:
             raise ConfigError(f"mode {mode} has no gain {name!r}; it has {', '.join(table)}")
@@ -129,6 +132,10 @@ def as_infos(mode: str, gains: Mapping[str, float]) -> tuple[GainInfo, ...]:
 def as_pairs(gains: Mapping[str, float]) -> NamedFloats:
     """As messages carry them."""
     return tuple(gains.items())
+
+
+def _preset(gain: GainInfo, preset: str) -> float:
+    return gain.default if preset == DEFAULT or math.isnan(gain.paper) else gain.paper
 
 
 def _checked(mode: str, gain: GainInfo, value: float) -> float:
