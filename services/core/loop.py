@@ -108,7 +108,7 @@ class LiveExecutor:
                 self.tick_slips += behind - MOST_PERIODS_TO_CATCH_UP
                 deadline_ns += (behind - MOST_PERIODS_TO_CATCH_UP) * period_ns
             drain(inputs)
-            self._step(now_ns)
+            self._step(now_ns, late_ns)
             deadline_ns += period_ns
             if until is not None and until():
                 return
@@ -123,7 +123,7 @@ class LiveExecutor:
                 self._gather(oldest_ns + LONGEST_GATHER_NS)
                 now_ns = clock.now_ns()
                 self.lateness.add(now_ns - oldest_ns)
-                self._step(now_ns)
+                self._step(now_ns, now_ns - oldest_ns)
                 if until is not None and until():
                     return
             elif clock.now_ns() >= self._report_due_ns:
@@ -140,9 +140,9 @@ class LiveExecutor:
             self._link.drain(self._inputs)
         self._gathering.end(self._inputs)
 
-    def _step(self, now_ns: int) -> None:
+    def _step(self, now_ns: int, late_ns: int) -> None:
         inputs = self._inputs
-        inputs.begin(now_ns)
+        inputs.begin(now_ns, late_ns)
         self._service.step(now_ns, inputs, self._outputs)
         if is_timed(self._service, inputs):
             self.step_times.add(self._clock.now_ns() - now_ns)

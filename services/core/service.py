@@ -49,7 +49,7 @@ class _Slot:
 class Inputs:
     """What a service has received. Messages are shared, so they are frozen."""
 
-    __slots__ = ("_dirty", "_now_ns", "_owner", "_replies", "_requests", "_slots")
+    __slots__ = ("_dirty", "_now_ns", "_owner", "_replies", "_requests", "_slots", "late_ns")
 
     def __init__(
         self,
@@ -64,6 +64,8 @@ class Inputs:
         self._replies: dict[AnyCall, list[Any]] = {call: [] for call in calls}
         self._dirty: list[list[Any]] = []
         self._now_ns = 0
+        self.late_ns = 0
+        """From when this step was due to when it began; 0 in virtual time. For statistics only."""
 
     def latest(self, stream: Stream[MessageT]) -> MessageT | None:
         """The newest message ever received, however old."""
@@ -128,9 +130,10 @@ class Inputs:
         waiting.append((token, reply))
         self._dirty.append(waiting)
 
-    def begin(self, now_ns: int) -> None:
-        """Executors: a step starts; ages count from `now_ns`."""
+    def begin(self, now_ns: int, late_ns: int = 0) -> None:
+        """Executors: a step starts, so late; ages count from `now_ns`."""
         self._now_ns = now_ns
+        self.late_ns = late_ns
 
     def end(self) -> None:
         """Executors: the step is over; what it saw is no longer new."""

@@ -21,6 +21,7 @@ class Bench:
         self.service = service
         self.clock = clock or VirtualClock()
         self.steps = 0
+        self.late_ns = 0  # that steps begin, as a live executor would measure it
         name = type(service).__name__
         self._triggers = triggers(name, service)
         self._inputs = Inputs(name, service.reads, service.serves, service.calls)
@@ -70,7 +71,7 @@ class Bench:
     def step(self) -> None:
         """Run one step now."""
         now_ns = self.clock.now_ns()
-        self._inputs.begin(now_ns)
+        self._inputs.begin(now_ns, self.late_ns)
         self.service.step(now_ns, self._inputs, self._outputs)
         self._inputs.end()
         self.steps += 1

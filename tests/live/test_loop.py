@@ -31,12 +31,14 @@ class Ticker(Service):
 
     def __init__(self, clock: VirtualClock, stall_at_step: int, stall_ms: int) -> None:
         self.steps_ms: list[int] = []
+        self.late_ms: list[int] = []
         self.closed = 0
         self._clock = clock
         self._stall = (stall_at_step, stall_ms * NS_PER_MS)
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:  # noqa: ARG002
         self.steps_ms.append(now_ns // NS_PER_MS)
+        self.late_ms.append(inputs.late_ns // NS_PER_MS)
         if len(self.steps_ms) == self._stall[0]:
             self._clock.advance_ns(self._stall[1])
 
@@ -68,6 +70,8 @@ def test_a_short_stall_is_caught_up_without_a_slip(session: zenoh.Session) -> No
     assert ticker.steps_ms[4:6] == [5, 25]
     assert ticker.steps_ms[25:27] == [26, 27]  # in step with the clock again: nothing was left out
     assert ticker.steps_ms[-1] == 40
+    assert ticker.late_ms[4:7] == [0, 19, 18]  # due at 6 and 7, begun at 25
+    assert ticker.late_ms[24:26] == [0, 0]
     assert executor.tick_slips == 0
 
 
