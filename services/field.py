@@ -24,6 +24,8 @@ from services.core.service import Inputs, Outputs, Period, Service
 from services.fields.around import BodyReading, around_limb
 from services.fields.driver import PointDriver, start_at
 from services.fields.goal_intake import GoalIntake
+from services.fields.goals import out_of_reach
+from services.fields.lateness import Lateness
 from services.fields.limbs import FieldLimb
 from services.fields.messages import FieldStatus
 from services.fields.mode import PERIOD_S, HandPoint, Motion, Surroundings
@@ -82,6 +84,7 @@ class Field(Service):
         self._sources = Sources()
         self._takeover = Takeover()
         self._refusals = Refusals()
+        self._lateness = Lateness()
         self._goals = GoalIntake(driver, limbs, main, self._takeover)
         self._requests = FieldRequests(driver, limbs, makers, self._sources, self._goals)
         self._waiting = ""  # what a goal waits for
@@ -106,6 +109,7 @@ class Field(Service):
 
     def step(self, now_ns: int, inputs: Inputs, outputs: Outputs) -> None:
         """Move the points by one period."""
+        self._lateness.note(now_ns, inputs.late_ns)
         self._readings.begin(inputs)
         self._body.take(inputs)
         status = inputs.fresh(CARTESIAN_STATUS, CARTESIAN_AGE_S)
@@ -212,6 +216,8 @@ class Field(Service):
             refused=self._refusals.count,
             refusal=self._refusals.newest,
             assumed=self._body.assumed,
+            late_ms=self._lateness.largest_ms,
+            late_count=self._lateness.count,
         )
         outputs.put(FIELD_STATUS, status)
 
@@ -222,6 +228,8 @@ class Field(Service):
             return "waiting", self._waiting
         if driver.goal is None and self._goals.number:
             return state, f"goal {self._goals.number} was withdrawn"
+        if driver.asked is not None and (beyond := out_of_reach(self._limb, driver.asked)):
+            return "unreachable", beyond
         if state == "arrived" and solution is not None and solution.status == "infeasible":
             return "unreachable", solution.reason
         if state == "reaching" and not reason and driver.lag_m > FAR_BEHIND_M:

@@ -168,11 +168,11 @@ def field_goal(
     try:
         goal = _goal(position, rotation, follow, second_position, second_rotation, limb)
         with BlockingFieldControl(stack) as control:
-            number = control.ask(FieldRequest(action="goal", goal=goal)).goal
+            reply = control.ask(FieldRequest(action="goal", goal=goal))
             if not wait:
-                print(f"goal {number} is taken up")
+                print(f"goal {reply.goal} is taken up{reply.reason and ': ' + reply.reason}")
                 return 0
-            return _watch(control, number, timeout)
+            return _watch(control, reply.goal, timeout)
     except KeyboardInterrupt:
         complain("the goal stays in the running stack; `ulna field stop` withdraws it")
         return INTERRUPTED

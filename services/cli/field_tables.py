@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from rich import box
 from rich.table import Table
 
+from services.fields.lateness import LATE_MS
 from services.fields.messages import FieldInfo, FieldState, FieldStatus, ModeInfo, Preview
 from services.messages import Floats, WorldObject
 
@@ -38,6 +39,13 @@ def status_lines(status: FieldStatus) -> Iterator[str]:
             f"search {status.iterations} of {status.budget} iterations, "
             f"{status.nodes} nodes; speed held in {status.held} periods"
         )
+    if status.late_ms > LATE_MS:
+        yield (
+            f"periods began up to {status.late_ms:.0f} ms late: the processor has too much to do, "
+            "and the arm gets out of the way so much later"
+        )
+    elif status.late_count:
+        yield f"{status.late_count} times since the start periods began over {LATE_MS:.0f} ms late"
     if status.assumed:
         yield f"not heard, taken to be where they were: {', '.join(status.assumed)}"
     if status.refused:
@@ -84,7 +92,7 @@ def gains_table(mode: ModeInfo) -> Table:
             gain.name,
             f"{gain.value:g}",
             gain.unit,
-            *(f"{number:g}" for number in numbers),
+            *("-" if math.isnan(number) else f"{number:g}" for number in numbers),
             gain.meaning,
         )
     return table

@@ -15,6 +15,7 @@ from services.fields.mode import Goals, HandGoal
 from services.fields.object_checks import FARTHEST_M, FASTEST_M_S
 from services.fields.seen import SeenObject
 from services.fields.sources import find_object, names_of
+from services.fields.standstill import ARRIVED_M
 from services.messages import Goal, Vector3
 
 
@@ -85,6 +86,23 @@ def checked_goal(
 def no_object(name: str, seen: tuple[SeenObject, ...]) -> str:
     """Why an object cannot be followed that is not there."""
     return f"no object {name!r} to follow; there are: {names_of(seen)}"
+
+
+def out_of_reach(limb: FieldLimb, goals: Goals) -> str:
+    """Why no posture at all has the hands there; empty where one may, or is near enough."""
+    beyond_m, hand = max(
+        (
+            (reach.beyond_m(goal.position_m), hand)
+            for reach, hand, goal in zip(limb.reaches, limb.shape.tips, goals, strict=True)
+            if goal is not None
+        ),
+        default=(-math.inf, ""),
+    )
+    if beyond_m <= ARRIVED_M:
+        return ""
+    return (
+        f"at least {1e3 * beyond_m:.0f} mm beyond the reach of {hand}, which goes as near as it can"
+    )
 
 
 def _hand_goal(position_m: Vector3, turned: Matrix | None, velocity_m_s: Vector3) -> HandGoal:

@@ -1,12 +1,13 @@
 """A limb as the field moves it: its hands, its limits, and how it is set up."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from dforc.arrays import Matrix, Vector
 from dforc.ik.problem import IkProblem
 from services.core.errors import ConfigError
+from services.fields.reach import Reach
 from services.reaching.limb_setup import apply_setup
 from services.reaching.limb_shape import LimbShape
 from services.reaching.messages import LimbSetup
@@ -19,6 +20,10 @@ class FieldLimb:
     shape: LimbShape
     problem: IkProblem  # tips and limits as the limb is set up
     setup: LimbSetup
+    reaches: tuple[Reach, ...] = field(init=False)  # of its hands
+
+    def __post_init__(self) -> None:
+        self.reaches = tuple(Reach.of(tip) for tip in self.problem.tips)
 
     @classmethod
     def of(cls, shape: LimbShape) -> "FieldLimb":
@@ -47,6 +52,7 @@ class FieldLimb:
             raise ConfigError(f"a set-up of {setup.limb!r} for {self.name!r}")
         self.problem = apply_setup(self.shape.problem, setup)
         self.setup = setup
+        self.reaches = tuple(Reach.of(tip) for tip in self.problem.tips)
         return True
 
     def poses(self, q_rad: Vector) -> tuple[tuple[Matrix, Vector], ...]:

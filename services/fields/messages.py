@@ -44,7 +44,7 @@ class GainInfo(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     unit: str
     meaning: str
     default: float
-    paper: float
+    paper: float  # NaN: the papers have no such constant
     lowest: float
     highest: float
 
@@ -108,7 +108,7 @@ class FieldReply(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     """Answer to a request; what it does not ask for is empty."""
 
     ok: bool
-    reason: str = ""
+    reason: str = ""  # why it is refused; of a goal that is taken up: why it cannot be had now
     goal: int = 0  # number of the goal, as FieldStatus has it
     mode: str = ""  # in use after the request
     gains: NamedFloats = ()  # of that mode
@@ -159,3 +159,5 @@ class FieldStatus(Message, frozen=True, kw_only=True):
     nodes: int = 0  # of the planner
     assumed: tuple[str, ...] = ()  # parts that are not heard: taken to be where they were last
     last_goal: int = 0  # number of the newest one, withdrawn or not; 0 = there was none
+    late_ms: float = 0.0  # how late the latest period of the last second began; 0 in virtual time
+    late_count: int = 0  # times since the start that this was over 50 ms

@@ -9,7 +9,7 @@ from dataclasses import replace
 from dforc.errors import DforcError
 from services.core.errors import ConfigError
 from services.fields.around import around_limb
-from services.fields.goals import ActiveGoal
+from services.fields.goals import ActiveGoal, out_of_reach
 from services.fields.limbs import FieldLimb
 from services.fields.messages import PathPoint, Preview
 from services.fields.mode import PERIOD_S, FieldMode, Goals, Motion, Surroundings
@@ -59,6 +59,7 @@ class PreviewJob:
         self._ended_s = math.nan
         self._idle_steps = 0
         self._failure = ""
+        self._beyond = ""  # reach, at the end
         self._turns = 0
 
     def advance(self, *, busy: bool) -> bool:
@@ -81,9 +82,10 @@ class PreviewJob:
     def result(self) -> Preview:
         """What has been found."""
         last = self._last
-        arrives = last is not None and last.state == "arrived"
+        state = "idle" if last is None else "unreachable" if self._beyond else last.state
+        arrives = state == "arrived"
         closest_m, closest_to, closest_s = self._closest
-        reason = self._failure or ("" if last is None else last.reason)
+        reason = self._failure or self._beyond or ("" if last is None else last.reason)
         if not arrives and not reason:
             reason = f"it takes longer than {self._steps * PERIOD_S:g} s"
         return Preview(
@@ -91,7 +93,7 @@ class PreviewJob:
             limb=self._limb.name,
             arrives=arrives,
             arrival_s=self._step * PERIOD_S if arrives else math.nan,
-            state="idle" if last is None else last.state,
+            state=state,
             reason=reason,
             closest_m=closest_m,
             closest_to=closest_to,
@@ -112,6 +114,7 @@ class PreviewJob:
         goals, reason = self._goal.hands(self._limb, seen)
         if goals is None:
             raise ConfigError(reason)
+        self._beyond = out_of_reach(self._limb, goals)
         motion = self.law.step(goals, around, 0.0)
         self._step += 1
         self._last = motion

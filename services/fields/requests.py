@@ -15,7 +15,7 @@ from services.fields.answers import check_action, gains_reply, info_reply
 from services.fields.around import around_limb
 from services.fields.driver import PointDriver, start_at, start_from
 from services.fields.goal_intake import GoalIntake
-from services.fields.goals import ActiveGoal, no_object
+from services.fields.goals import ActiveGoal, no_object, out_of_reach
 from services.fields.limbs import FieldLimb
 from services.fields.messages import FieldReply, FieldRequest
 from services.fields.mode import FieldMode, ModeOf
@@ -109,8 +109,12 @@ class FieldRequests:
         followed = request.goal.follow
         if followed and find_object(here.seen, followed) is None:
             raise ConfigError(no_object(followed, here.seen))
-        self._goals.take(now_ns, request.goal, here.status)
-        return FieldReply(ok=True, goal=self._goals.number, mode=self._driver.mode)
+        goal = self._goals.take(now_ns, request.goal, here.status)
+        limb = self._limbs[goal.limb]
+        asked, reason = goal.hands(limb, here.seen)
+        if asked is not None:
+            reason = out_of_reach(limb, asked)
+        return FieldReply(ok=True, goal=goal.number, mode=self._driver.mode, reason=reason)
 
     def _begin_preview(self, token: int, request: FieldRequest, here: Situation) -> None:
         if len(self._previews) >= MOST_PREVIEWS:

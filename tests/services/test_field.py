@@ -6,6 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from services.core.clock import NS_PER_MS
 from services.messages import Goal, Objects, Obstacle
 from services.robotfile.robot_tables import RobotFile
 from services.streams import FIELD_STATUS, GOAL, OBJECTS, VIRTUAL_POINT
@@ -128,6 +129,22 @@ def test_states_the_lag_of_a_hand_that_does_not_follow(stand: FieldStand) -> Non
     point = np.array(stand.bench.last(VIRTUAL_POINT).position_m)
     assert status.lag_m == pytest.approx(np.linalg.norm(point - stand.home_m), abs=2e-3)
     assert "behind the point" in status.reason
+
+
+def test_in_virtual_time_no_period_is_late(stand: FieldStand) -> None:
+    stand.run(1.0)
+    assert (stand.told().late_ms, stand.told().late_count) == (0.0, 0)
+
+
+def test_how_late_periods_begin_is_told_for_a_second(stand: FieldStand) -> None:
+    stand.bench.late_ns = 73 * NS_PER_MS
+    stand.run(0.05)
+    stand.bench.late_ns = 0
+    status = stand.told()
+    assert (status.late_ms, status.late_count) == (73.0, 1)
+    stand.run(1.0)
+    status = stand.told()
+    assert (status.late_ms, status.late_count) == (0.0, 1)
 
 
 def test_a_status_comes_twenty_times_a_second(stand: FieldStand) -> None:

@@ -108,6 +108,15 @@ def test_a_preview_that_is_trapped_says_so(stand: FieldStand) -> None:
     assert "ulna field mode ulna" in found.reason
 
 
+def test_a_preview_of_a_point_that_no_hand_can_follow_does_not_arrive(stand: FieldStand) -> None:
+    goal = stand.goal(-0.9, 0.0, 0.0)
+    found = stand.ask(FieldRequest(action="preview", goal=goal, duration_s=8.0)).preview
+    assert found is not None
+    assert (found.arrives, found.state) == (False, "unreachable")
+    assert math.isnan(found.arrival_s)
+    assert "beyond the reach of right_arm" in found.reason
+
+
 def test_a_preview_lets_objects_go_on_as_they_move(stand: FieldStand) -> None:
     falling = ball("ball", stand.beside(-0.1, 0.0, 0.3), velocity_m_s=(0.0, 0.0, -0.2))
     stand.see(falling)

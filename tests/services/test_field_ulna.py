@@ -97,6 +97,25 @@ def test_a_goal_inside_an_obstacle_is_unreachable_and_the_point_waits_outside(
     assert stand.told().state == "arrived"
 
 
+def test_a_goal_beyond_all_reach_is_told_at_once_and_the_hand_goes_as_near_as_it_can(
+    stand: FollowedStand,
+) -> None:
+    reply = stand.ask(FieldRequest(action="goal", goal=stand.goal(-0.7, 0.0, 0.0)))
+    assert "beyond the reach of right_arm" in reply.reason
+    status = stand.told()  # 60 ms after the goal
+    begun_m = status.goal_distance_m
+    assert (status.state, status.reason) == ("unreachable", reply.reason)
+    stand.run(3.0)
+    status = stand.told()
+    assert (status.state, status.reason) == ("unreachable", reply.reason)
+    assert begun_m > 0.65
+    assert status.goal_distance_m < begun_m - 0.15
+    beyond_mm = float(reply.reason.split()[2])
+    assert beyond_mm < 1e3 * status.goal_distance_m
+    stand.send(stand.goal(-0.05, 0.0, 0.0))
+    assert stand.told().state == "reaching"
+
+
 def test_the_other_arm_is_kept_clear_of_where_it_is_measured() -> None:
     """The goal is the left hand, and the waist may not turn that away."""
     robot = load_robot("icub:arms")

@@ -112,6 +112,15 @@ def test_a_status_that_waits_tells_why() -> None:
     assert progress_line(REACHING) == "reaching, 123.4 mm to go, clearance 30.1 mm"
 
 
+def test_late_periods_are_shown_while_they_are_and_counted_then() -> None:
+    late = msgspec.structs.replace(WAITING, late_ms=83.4, late_count=2)
+    (line,) = list(status_lines(late))[3:]
+    assert line.startswith("periods began up to 83 ms late")
+    (line,) = list(status_lines(msgspec.structs.replace(late, late_ms=12.0)))[3:]
+    assert line == "2 times since the start periods began over 50 ms late"
+    assert len(list(status_lines(msgspec.structs.replace(WAITING, late_ms=12.0)))) == 3
+
+
 def test_a_goal_that_was_withdrawn_is_shown_as_such_and_as_none() -> None:
     stopped = msgspec.structs.replace(
         WAITING, state="idle", reason="goal 3 was withdrawn", last_goal=3
