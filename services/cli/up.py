@@ -3,7 +3,9 @@
 import signal
 from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import Literal
+from typing import Annotated, Literal
+
+import cyclopts
 
 from hal.buses.socketcan import interfaces_up
 from hal.errors import HalError
@@ -28,6 +30,7 @@ FORCE_AFTER_S = GRACE_S + 1.0
 LAST_TO_STOP = ("boards", HUB.name)  # the others speak to them until their own end
 
 Can = Literal["zenoh", "socketcan", "mixed"]
+StackName = Annotated[str, cyclopts.Parameter(alias="--name")]  # as it was called at first
 
 
 class Stack:
@@ -200,7 +203,9 @@ class Stack:
             self._claim = None
 
 
-def up(robot: str = DEFAULT_ROBOT, *, can: Can | None = None, seed: int = 0, name: str = "") -> int:
+def up(
+    robot: str = DEFAULT_ROBOT, *, can: Can | None = None, seed: int = 0, stack: StackName = ""
+) -> int:
     """Start the stack, watch it, and stop it with Ctrl-C.
 
     Ctrl-C brings the limbs down and idles them; a second one idles them at once.
@@ -211,7 +216,8 @@ def up(robot: str = DEFAULT_ROBOT, *, can: Can | None = None, seed: int = 0, nam
             on the others [socketcan where all are up, mixed where real boards are on those that
             are, else zenoh].
         seed: of the emulated robot's random draws.
-        name: tells stacks of one robot apart [the robot's].
+        stack: its name, by which the other verbs find it; tells stacks of one robot apart [the
+            robot's].
 
     Returns:
         Exit status: 0 stopped by the user, 1 a process died, 2 could not start.
@@ -222,12 +228,12 @@ def up(robot: str = DEFAULT_ROBOT, *, can: Can | None = None, seed: int = 0, nam
         chosen, reason = choose_can(can, interfaces, real_interfaces(robot_file))
         print(f"CAN over {chosen}: {reason}", flush=True)
         rows = rows_for(robot_file)
-        stack = Stack(robot, can=chosen, seed=seed, name=name, rows=rows, report=_say)
+        running = Stack(robot, can=chosen, seed=seed, name=stack, rows=rows, report=_say)
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, signal.default_int_handler)  # a stop like Ctrl-C
-        with stack:
-            print(f"up, hub at {stack.endpoint}; Ctrl-C stops", flush=True)
-            stack.wait(_board_news(stack))
+        with running:
+            print(f"up, hub at {running.endpoint}; Ctrl-C stops", flush=True)
+            running.wait(_board_news(running))
     except KeyboardInterrupt:
         print("stopped", flush=True)
         return 0

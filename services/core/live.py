@@ -182,7 +182,7 @@ def read_arguments(name: str, arguments: Sequence[str] | None) -> Arguments:
     parser.add_argument(
         "--can", default="zenoh", choices=TRANSPORTS, help="what carries CAN frames"
     )
-    parser.add_argument("--name", default="", help="of the stack [the robot's]")
+    parser.add_argument("--stack", "--name", dest="name", default="", help="its name [the robot's]")
     parser.add_argument("--seed", type=int, default=0, help="of the emulated robot's random draws")
     parser.add_argument("--parent", type=int, default=0, help=argparse.SUPPRESS)
     return Arguments(**vars(parser.parse_args(arguments)))

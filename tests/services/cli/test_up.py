@@ -2,6 +2,7 @@ import pytest
 
 from services.cli import up
 from services.cli.can_up import commands_for
+from services.cli.main import app
 from services.config import load_robot
 from services.core.errors import ConfigError
 from services.processes import HUB, PROCESSES, STAGES, stage_of
@@ -74,6 +75,13 @@ def test_an_unknown_robot_is_one_sentence_and_a_status(capsys: pytest.CaptureFix
     output = capsys.readouterr()
     assert "ulna: no robot file" in output.err
     assert "known robots: icub" in output.err
+
+
+@pytest.mark.parametrize("spelling", ["--stack", "--name"])
+def test_a_stack_is_named_as_the_other_verbs_name_it_or_as_it_was_before(spelling: str) -> None:
+    command, bound, _ = app.parse_args(["up", spelling, "toys"])
+    assert command is up.up
+    assert bound.arguments == {"stack": "toys"}
 
 
 def test_an_interface_that_is_missing_is_made_before_it_is_brought_up() -> None:
