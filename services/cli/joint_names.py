@@ -1,8 +1,10 @@
 """Joints as a command line names them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from hal.wire.modes import ControlMode
 from services.core.errors import ConfigError
+from services.messages import JointState
 from services.robotfile.robot_tables import RobotFile
 
 
@@ -24,6 +26,18 @@ def chosen_joints(robot: RobotFile, names: Sequence[str]) -> tuple[str, ...]:
                 f"{', '.join(joint for joints in robot.parts.values() for joint in joints)}"
             )
     return tuple(found)
+
+
+def in_fault(
+    robot: RobotFile, joints: Sequence[str], states: Mapping[str, JointState]
+) -> tuple[str, ...]:
+    """Those of the joints that their boards hold in hardware fault; `states` are by part."""
+    return tuple(
+        joint
+        for part, state in states.items()
+        for joint, mode in zip(robot.parts[part], state.control_mode, strict=True)
+        if joint in joints and mode == ControlMode.HW_FAULT
+    )
 
 
 def able_to_comply(

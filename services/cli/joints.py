@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from rich.console import Console
 
 from services.cli.complaint import complain
-from services.cli.joint_names import able_to_comply, chosen_joints
+from services.cli.joint_names import able_to_comply, chosen_joints, in_fault
 from services.cli.joint_requests import RefusedError, carry_out
 from services.cli.joint_tables import joint_table
 from services.cli.stack_client import StackClient
 from services.core.errors import ConfigError, ServiceError
-from services.messages import RobotRequest
+from services.messages import JointState, RobotRequest
 from services.streams import JOINT_STATE, ROBOT_STATUS
 
 REFUSED = 1
@@ -37,8 +37,7 @@ def joints_status(*names: str, stack: str = "icub") -> int:
             robot = client.robot
             joints = chosen_joints(robot, names)
             status = client.wait_for(ROBOT_STATUS)
-            parts = [part for part in robot.parts if set(joints) & set(robot.parts[part])]
-            states = {part: client.wait_for(JOINT_STATE[part]) for part in parts}
+            states = _states(client, joints)
     except ServiceError as error:
         complain(error)
         return FAILED
@@ -144,6 +143,8 @@ def _request(action: str, names: Sequence[str], stack: str, value: str = "") -> 
         with StackClient(stack) as client:
             request = _prepared(client, action, names, value)
             carry_out(client, word, request)
+            if action == "interaction":
+                _check_able(client, word, request.joints)
     except RefusedError as error:
         complain(error)
         return REFUSED
@@ -156,6 +157,28 @@ def _request(action: str, names: Sequence[str], stack: str, value: str = "") -> 
     count = len(request.joints)
     print(f"{word}: done, {count} joint{'' if count == 1 else 's'}")
     return 0
+
+
+def _check_able(client: StackClient, word: str, joints: Sequence[str]) -> None:
+    """Boards take stiff and compliant also of a joint in hardware fault, which then does neither.
+
+    Raises:
+        RefusedError: there is such a joint.
+    """
+    faulty = in_fault(client.robot, joints, _states(client, joints))
+    if faulty:
+        raise RefusedError(
+            f"{word}: {len(faulty)} of {len(joints)} joints stay in hardware fault, without power: "
+            f"{', '.join(faulty)}; once the cause is gone `ulna joints calibrate` switches on again"
+        )
+
+
+def _states(client: StackClient, joints: Sequence[str]) -> dict[str, JointState]:
+    """Of every part that one of the joints belongs to."""
+    parts = client.robot.parts
+    return {
+        part: client.wait_for(JOINT_STATE[part]) for part in parts if set(joints) & set(parts[part])
+    }
 
 
 def _prepared(client: StackClient, action: str, names: Sequence[str], value: str) -> RobotRequest:

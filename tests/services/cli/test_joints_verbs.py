@@ -2,10 +2,11 @@
 
 import math
 
+import msgspec
 import pytest
 from rich.console import Console
 
-from services.cli.joint_names import able_to_comply, chosen_joints
+from services.cli.joint_names import able_to_comply, chosen_joints, in_fault
 from services.cli.joint_requests import RefusedError, advice, is_done, progress_line
 from services.cli.joint_tables import joint_table
 from services.cli.main import main
@@ -82,6 +83,14 @@ def test_an_unknown_name_is_told_with_the_parts_and_joints_of_the_stack() -> Non
         ConfigError, match=r"'nose' here; parts: torso; joints: torso_pitch, torso_"
     ):
         chosen_joints(load_robot("icub:torso"), ("nose",))
+
+
+def test_joints_in_hardware_fault_are_found_among_those_asked_for() -> None:
+    robot = load_robot("icub:torso")
+    state = msgspec.structs.replace(torso(valid=True), control_mode=(1, 0xA0, 0xA0))
+    assert in_fault(robot, TORSO, {"torso": state}) == ("torso_roll", "torso_yaw")
+    assert in_fault(robot, TORSO[:2], {"torso": state}) == ("torso_roll",)
+    assert in_fault(robot, TORSO, {"torso": torso(valid=True)}) == ()
 
 
 def test_of_a_part_those_joints_comply_that_have_torques_and_a_spring() -> None:
