@@ -84,9 +84,7 @@ def run_virtual(seed: int, *, stiff: bool = False) -> Shown:
     robot = load_robot(ROBOT)
     job = ArmDemo(robot, seed, stiff=stiff)
     simulation = Simulation(robot, seed, guests={"reach": job})
-    executor = simulation.executor
-    while not job.finished and executor.ticks < LONGEST_S * 1000:
-        executor.tick()
+    simulation.run(job, longest_ticks=LONGEST_S * 1000)
     simulation.close()
     return job.shown
 

@@ -12,6 +12,7 @@ from services.messages import Reply, RobotRequest, RobotStatus
 from services.streams import ROBOT_CALL, ROBOT_STATUS
 
 TASK_TIMEOUT_S = 15.0
+OPEN_TIMEOUT_S, CALIBRATION_TIMEOUT_S = 20.0, 60.0
 
 Script = Generator[None, None, None]
 
@@ -96,6 +97,17 @@ class ScriptedService(Service):
         for number, reason in self.status().failed_tasks:
             if number == reply.task:
                 raise AbandonedError(reason)
+
+    def calibrate(self, timeout_s: float = CALIBRATION_TIMEOUT_S) -> Script:
+        """Wait until the boards answer, then calibrate every axis.
+
+        Raises:
+            AbandonedError: they do not, or an axis cannot be calibrated, with the reason.
+        """
+        yield from self.until(
+            lambda: self.status().phase in ("idle", "ready"), OPEN_TIMEOUT_S, "boards answer"
+        )
+        yield from self.ask("calibrating the axes", "calibrate", timeout_s)
 
     def answered(self, token: int, what: str) -> Generator[None, None, Reply]:
         """Wait for the answer to a request."""

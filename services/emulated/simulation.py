@@ -3,6 +3,7 @@
 In virtual time over memory buses, or by the wall clock over SocketCAN.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -25,6 +26,12 @@ from services.learner import Learner
 from services.robot import RobotService
 from services.robotfile.rates import Rates
 from services.robotfile.robot_tables import BusTable, RobotFile
+from services.script import ScriptedService
+
+TICKS_PER_REPORT = 100
+
+Progress = Callable[[float, str], None]
+"""Is told the seconds that the robot has run, and what it does."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,6 +109,22 @@ class Simulation:
         wrapped = wrapped or _as_it_is
         run = {name: wrapped(name, service) for name, service in stack.items()}
         self.executor = VirtualExecutor(self.clock, run, hop_ticks)
+
+    def run(
+        self,
+        guest: ScriptedService,
+        progress: Progress | None = None,
+        longest_ticks: float = math.inf,
+        after_tick: Callable[[], None] | None = None,
+    ) -> None:
+        """Until the guest has finished; `progress` is told ten times a second of the robot."""
+        executor = self.executor
+        while not guest.finished and executor.ticks < longest_ticks:
+            executor.tick()
+            if after_tick is not None:
+                after_tick()
+            if progress is not None and executor.ticks % TICKS_PER_REPORT == 0:
+                progress(executor.ticks * 1e-3, guest.progress)
 
     def close(self) -> None:
         """Every service sends its safe command; the buses are closed."""

@@ -47,7 +47,6 @@ from services.streams import (
 
 PERIOD_S = 0.01
 STATE_AGE_S = 0.1
-OPEN_TIMEOUT_S = 20.0
 CALIBRATION_TIMEOUT_S = 40.0
 HOME_S = 2.0
 SETTLE_S = 1.0
@@ -128,10 +127,7 @@ class Reach(ScriptedService):
             yield from self._push(self._options.push)
 
     def _prepare(self) -> Script:
-        yield from self.until(
-            lambda: self.status().phase in ("idle", "ready"), OPEN_TIMEOUT_S, "boards answer"
-        )
-        yield from self.ask("calibrating the axes", "calibrate", CALIBRATION_TIMEOUT_S)
+        yield from self.calibrate(CALIBRATION_TIMEOUT_S)
         home = tuple(np.radians(self._robot.reach.home_deg).tolist())
         yield from self.ask("moving home", "move", q_rad=home, duration_s=HOME_S)
         yield from self._wait("settling", SETTLE_S)

@@ -1,6 +1,6 @@
 """Runs the main job in virtual time."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,12 +8,11 @@ import numpy as np
 from services.core.clock import wall_ns
 from services.core.service import Service
 from services.core.virtual import VirtualExecutor
-from services.emulated.simulation import Simulation
+from services.emulated.simulation import Progress, Simulation
 from services.reaching.reach import Reach, ReachOptions
 from services.reaching.reach_record import Recording, Report
 from services.robotfile.robot_tables import RobotFile
 
-TICKS_PER_REPORT = 100
 INNER_LOOP = ("boards", "robot", "dynamics")
 LONGEST_S = 150.0  # of virtual time; every wait inside the job is shorter
 
@@ -30,7 +29,7 @@ def run_virtual(
     robot: RobotFile,
     options: ReachOptions,
     hop_ticks: int = 1,
-    progress: Callable[[float, str], None] | None = None,
+    progress: Progress | None = None,
     replaced: Mapping[str, Service] | None = None,
 ) -> Outcome:
     """One run.
@@ -41,10 +40,7 @@ def run_virtual(
     simulation = Simulation(robot, options.seed, hop_ticks, {"reach": job}, replaced)
     executor = simulation.executor
     start_ns = wall_ns()
-    while not job.finished and executor.ticks < LONGEST_S * 1000:
-        executor.tick()
-        if progress is not None and executor.ticks % TICKS_PER_REPORT == 0:
-            progress(executor.ticks * 1e-3, job.progress)
+    simulation.run(job, progress, LONGEST_S * 1000)
     elapsed_s = (wall_ns() - start_ns) * 1e-9
     simulation.close()
     report = job.recording.report()

@@ -19,8 +19,9 @@ from dforc.arrays import Vector
 from dforc.rotation import angle_between
 from services.config import load_robot
 from services.core.errors import ServiceError
+from services.emulated.simulation import Progress
 from services.experiments.cartesian.arm import Arm, Reached
-from services.experiments.cartesian.can import Job, Progress, run_on_boards
+from services.experiments.cartesian.can import Job, run_on_boards
 from services.experiments.cartesian.controllers import CONTENDERS
 from services.experiments.cartesian.course import PERIOD_S, Course, to_goals
 from services.experiments.cartesian.figures import Run, judged

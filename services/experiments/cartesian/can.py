@@ -5,7 +5,8 @@ course, puts its joints into position-direct mode, stiff, and sends what the con
 the plant truly did is kept beside it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from dforc.arrays import Vector
 from firmware_sim.rig import Rig
 from services.core.errors import ServiceError
 from services.core.service import Period
-from services.emulated.simulation import Simulation
+from services.emulated.simulation import Progress, Simulation
 from services.experiments.cartesian.arm import Arm
 from services.experiments.cartesian.controllers import Contender
 from services.experiments.cartesian.course import PERIOD_S, Course
@@ -26,11 +27,7 @@ from services.script import AbandonedError, Script, ScriptedService
 from services.streams import JOINT_COMMAND, JOINT_STATE, ROBOT_CALL, ROBOT_STATUS
 
 BOARDS = "boards"  # name of this plant
-OPEN_TIMEOUT_S, CALIBRATION_TIMEOUT_S = 20.0, 60.0
 MOVE_S, SETTLE_S = 2.0, 1.0
-TICKS_PER_REPORT = 100
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -65,16 +62,9 @@ def run_on_boards(
         ServiceError: the robot did not carry a job through.
     """
     trial = CartesianTrial(robot, jobs, seed)
-    simulation = Simulation(robot, seed, replaced={"cartesian": trial})
-    trial.surround(simulation.rig)
-    executor = simulation.executor
-    try:
-        while not trial.finished:
-            executor.tick()
-            if progress is not None and executor.ticks % TICKS_PER_REPORT == 0:
-                progress(executor.ticks * 1e-3, trial.progress)
-    finally:
-        simulation.close()
+    with closing(Simulation(robot, seed, replaced={"cartesian": trial})) as simulation:
+        trial.surround(simulation.rig)
+        simulation.run(trial, progress)
     if trial.failure:
         raise ServiceError(f"the emulated robot (plant {seed}) stopped: {trial.failure}")
     return trial.runs
@@ -104,10 +94,7 @@ class CartesianTrial(ScriptedService):
     def script(self) -> Script:
         """Calibrate, then every job."""
         try:
-            yield from self.until(
-                lambda: self.status().phase in ("idle", "ready"), OPEN_TIMEOUT_S, "boards answer"
-            )
-            yield from self.ask("calibrating the axes", "calibrate", CALIBRATION_TIMEOUT_S)
+            yield from self.calibrate()
             for job in self._jobs:
                 yield from self._prepare(job)
                 yield from self._go(job)

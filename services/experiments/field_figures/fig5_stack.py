@@ -4,7 +4,8 @@ The field service in mode `dforc` with the paper's constants, no margin; the joi
 the hand truly did is the plant's own word.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,7 +15,7 @@ from dforc.rotation import angle_between, matrix
 from services.core.errors import ServiceError
 from services.core.service import CallFailed, Period
 from services.core.stream import AnyStream
-from services.emulated.simulation import Simulation
+from services.emulated.simulation import Progress, Simulation
 from services.fields.messages import FieldReply, FieldRequest
 from services.messages import Goal, Objects, Obstacle, PlantTruth, Vector3
 from services.robotfile.robot_tables import RobotFile
@@ -30,15 +31,12 @@ from services.streams import (
 )
 
 PERIOD_S = 0.01
-OPEN_TIMEOUT_S, CALIBRATION_TIMEOUT_S, ANSWER_TIMEOUT_S = 20.0, 60.0, 5.0
+ANSWER_TIMEOUT_S = 5.0
 HOME_S, SETTLE_S = 2.0, 1.0
 REACH_S = 13.0  # eq. 3 needs 9.5 s to come within 2 mm from 0.3 m away, and its detour some more
 REPEAT_PERIODS = 10
-TICKS_PER_REPORT = 100
 PAPER_GAINS = (("K", 4.0), ("D", 8.0), ("G", 8.0), ("margin", 0.0))
 SOURCE = "figure 5"
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,15 +94,8 @@ def run_scenes(
         ServiceError: the robot did not carry one through.
     """
     trial = StackTrial(robot, scenes, seed)
-    simulation = Simulation(robot, seed, guests={"figure 5": trial})
-    executor = simulation.executor
-    try:
-        while not trial.finished:
-            executor.tick()
-            if progress is not None and executor.ticks % TICKS_PER_REPORT == 0:
-                progress(executor.ticks * 1e-3, trial.progress)
-    finally:
-        simulation.close()
+    with closing(Simulation(robot, seed, guests={"figure 5": trial})) as simulation:
+        simulation.run(trial, progress)
     if trial.failure:
         raise ServiceError(f"the emulated robot (plant {seed}) stopped: {trial.failure}")
     return trial.reaches
@@ -129,10 +120,7 @@ class StackTrial(ScriptedService):
     def script(self) -> Script:
         """Calibrate, choose the paper's field, then every scene."""
         try:
-            yield from self.until(
-                lambda: self.status().phase in ("idle", "ready"), OPEN_TIMEOUT_S, "boards answer"
-            )
-            yield from self.ask("calibrating the axes", "calibrate", CALIBRATION_TIMEOUT_S)
+            yield from self.calibrate()
             yield from self._choose_field()
             for scene in self._scenes:
                 yield from self._go_home()

@@ -5,13 +5,13 @@ follows the green one by name. Their places are exact to the paper's field, whic
 they are; the better one is told how uncertain they are. What the hand did is the plant's own word.
 """
 
-from collections.abc import Callable
+from contextlib import closing
 
 import numpy as np
 from numpy.typing import NDArray
 
 from services.core.errors import ServiceError
-from services.emulated.simulation import Simulation
+from services.emulated.simulation import Progress, Simulation
 from services.experiments.field_figures.fig5_stack import StackTrial
 from services.experiments.field_scenes.moving_draw import NOISE_M, OBSTACLE_M, MovingScene
 from services.fields.messages import FieldRequest, NamedFloats
@@ -23,7 +23,6 @@ from services.streams import FIELD_CALL, GOAL, OBJECTS, VIRTUAL_POINT
 Array = NDArray[np.float64]
 Paths = tuple[Array, Array]  # virtual point and hand (k, 3)
 
-OPEN_TIMEOUT_S, CALIBRATION_TIMEOUT_S = 20.0, 60.0
 START_S = 4.0  # to where the green ball starts, before anything moves
 TRAJECTORY_S = 0.6  # T
 GAINS: dict[str, NamedFloats] = {
@@ -32,12 +31,11 @@ GAINS: dict[str, NamedFloats] = {
 }
 TARGET_M = 0.02  # radius of the green ball
 GREEN, RED, SOURCE = "green ball", "red ball", "figure 6"
-TICKS_PER_REPORT = 100
 REST = Goal(stamp_ns=0, position_m=(0.0,) * 3, rotation_rad=(0.0,) * 3, active=False)
 
 
 def run_stack(
-    robot: RobotFile, scene: MovingScene, seed: int, progress: Callable[[float, str], None]
+    robot: RobotFile, scene: MovingScene, seed: int, progress: Progress
 ) -> dict[str, Paths]:
     """Both fields on one emulated robot, one after the other.
 
@@ -45,15 +43,8 @@ def run_stack(
         ServiceError: the robot did not carry it through.
     """
     trial = BallTrial(robot, scene, seed)
-    simulation = Simulation(robot, seed, guests={"figure 6": trial})
-    executor = simulation.executor
-    try:
-        while not trial.finished:
-            executor.tick()
-            if executor.ticks % TICKS_PER_REPORT == 0:
-                progress(executor.ticks * 1e-3, trial.progress)
-    finally:
-        simulation.close()
+    with closing(Simulation(robot, seed, guests={"figure 6": trial})) as simulation:
+        simulation.run(trial, progress)
     if trial.failure:
         raise ServiceError(f"the emulated robot (plant {seed}) stopped: {trial.failure}")
     return trial.paths
@@ -71,10 +62,7 @@ class BallTrial(StackTrial):
     def script(self) -> Script:
         """Calibrate, then for each mode: to the start, and along with the ball."""
         try:
-            yield from self.until(
-                lambda: self.status().phase in ("idle", "ready"), OPEN_TIMEOUT_S, "boards answer"
-            )
-            yield from self.ask("calibrating the axes", "calibrate", CALIBRATION_TIMEOUT_S)
+            yield from self.calibrate()
             for mode, gains in GAINS.items():
                 yield from self._go_home()
                 yield from self._use("ulna", ())

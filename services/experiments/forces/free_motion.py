@@ -31,7 +31,6 @@ PERIOD_S = 0.01
 S_PER_NS = 1e-9
 SETTLE_S = 1.5
 MOVE_S = 4.0
-OPEN_TIMEOUT_S, CALIBRATION_TIMEOUT_S = 20.0, 60.0
 EASE_S = 2.0  # in which the swing grows to its full amplitude
 SPEED_SHARE = 0.75  # of the joint's maximal speed
 LIMIT_ROOM_DEG = 2.0
@@ -127,10 +126,7 @@ class FreeMotion(ScriptedService):
             self.failure = str(error)
 
     def _run(self) -> Script:
-        yield from self.until(
-            lambda: self.status().phase in ("idle", "ready"), OPEN_TIMEOUT_S, "boards answer"
-        )
-        yield from self.ask("calibrating the axes", "calibrate", CALIBRATION_TIMEOUT_S)
+        yield from self.calibrate()
         middle = tuple(one.middle_rad for swings in self._swings.values() for one in swings)
         yield from self.ask("moving to the middle", "move", q_rad=middle, duration_s=MOVE_S)
         yield from self._wait("settling", SETTLE_S)

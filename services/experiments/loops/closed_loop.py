@@ -3,7 +3,7 @@
 Torque steps, stiffness under pushes, hand guiding, and velocity on top of impedance.
 """
 
-from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -11,7 +11,7 @@ from pathlib import Path
 from rich.console import Console
 
 from services.config import load_robot
-from services.emulated.simulation import Simulation
+from services.emulated.simulation import Progress, Simulation
 from services.experiments.loops.expected import Expected, expected
 from services.experiments.loops.guiding import DRIFT_S, Guiding, guiding
 from services.experiments.loops.impedance import Deflection, pushes
@@ -31,9 +31,6 @@ TRIALS = ("torque", "impedance", "guiding", "velocity")
 ROUNDS, SHORT_ROUNDS = 6, 2
 SHORT_DRIFT_S = 1.0
 LONGEST_TICKS = 300_000
-TICKS_PER_REPORT = 100
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(slots=True, kw_only=True)
@@ -114,21 +111,13 @@ def run(
     rounds, only = (SHORT_ROUNDS, 1) if short else (ROUNDS, None)
     found.expected = expected(limbs(robot), trials, rounds=rounds, only=only)
     guest = LoopTrial(robot, world, _trials(found, trials, short=short))
-    simulation = Simulation(robot, seed, guests={"closed_loop": guest})
-    world.surround(simulation.rig)
-    executor = simulation.executor
-    try:
-        while not guest.finished and executor.ticks < LONGEST_TICKS:
-            executor.tick()
-            world.tick()
-            if progress is not None and executor.ticks % TICKS_PER_REPORT == 0:
-                progress(executor.ticks * 1e-3, guest.progress)
+    with closing(Simulation(robot, seed, guests={"closed_loop": guest})) as simulation:
+        world.surround(simulation.rig)
+        simulation.run(guest, progress, LONGEST_TICKS, after_tick=world.tick)
         found.limit_violations = simulation.rig.limit_violations
         found.board_faults = simulation.rig.board_faults
         found.frames_lost = guest.frames_lost
-        found.virtual_s = executor.ticks * 1e-3
-    finally:
-        simulation.close()
+        found.virtual_s = simulation.executor.ticks * 1e-3
     found.failure = guest.failure or ("" if guest.finished else f"no end of: {guest.progress}")
     return found
 

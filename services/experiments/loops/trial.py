@@ -32,7 +32,6 @@ from services.streams import (
 
 PERIOD_S = 0.001
 COMMAND_TICKS = 10
-OPEN_TIMEOUT_S, CALIBRATION_TIMEOUT_S = 20.0, 60.0
 MOVE_S, RETURN_S, SETTLE_S = 3.0, 1.0, 1.0
 GUIDED_NMS_RAD = 1.0
 
@@ -93,10 +92,7 @@ class LoopTrial(ScriptedService):
         return self.status().frames_lost + (0 if truth is None else truth.frames_lost)
 
     def _prepare(self) -> Script:
-        yield from self.until(
-            lambda: self.status().phase in ("idle", "ready"), OPEN_TIMEOUT_S, "boards answer"
-        )
-        yield from self.ask("calibrating the axes", "calibrate", CALIBRATION_TIMEOUT_S)
+        yield from self.calibrate()
         yield from self._to_posture("moving to the posture of the trials", MOVE_S)
         yield from self.wait(SETTLE_S)
         self.say("removing the offsets of the force/torque sensors")
