@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from benchmarks.arm_demo_ball import MovedBall
 from dforc.collision.obstacles import sphere
 from dforc.rotation import rotation_vector
+from services.emulated.messages import PlantTruth
 from services.experiments.whole_arm.referee import Standing, Verdict
 from services.experiments.whole_arm.setting import ArmSetting, arm_setting
-from services.messages import Goal, Objects, PlantTruth, Vector3, WorldObject
+from services.messages import Goal, Objects, Vector3, WorldObject
 from services.reaching.reach import Reach, ReachOptions
 from services.reaching.reach_scene import REACH_M
 from services.robotfile.robot_tables import RobotFile

@@ -21,8 +21,10 @@ from services.core.realtime import freeze_garbage, request_scheduling
 from services.core.service import CallFailed, Inputs, Outputs, Period, Service
 from services.core.virtual import VirtualExecutor
 from services.emulated.emulation import rig_spec
-from services.messages import PlantTruth, Reply, RobotRequest, RobotStatus, ServiceStats
+from services.emulated.messages import PlantTruth
+from services.messages import Reply, ServiceStats
 from services.robot import RobotService
+from services.robot_messages import RobotRequest, RobotStatus
 from services.robotfile.rates import Rates
 from services.robotfile.robot_tables import RobotFile
 from services.robotfile.wiring import joint_limits_deg

@@ -16,8 +16,9 @@ import numpy as np
 
 from benchmarks.live import processes_left
 from services.cli.up import Stack
+from services.emulated.messages import PlantTruth
 from services.experiments.rows import Row, at_most, publish
-from services.messages import PlantTruth, Vector3
+from services.messages import Vector3
 from services.processes import PROCESSES
 from services.reaching.reach import Reach, ReachOptions
 from services.reaching.reach_live import run_live

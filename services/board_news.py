@@ -1,7 +1,7 @@
 """Boards and buses as the HAL reports them: in messages, and in words when one changes."""
 
 from hal.readings import BoardReport, BusReport
-from services.messages import BoardStatus, BusStatus, RobotStatus
+from services.robot_messages import BoardStatus, BusStatus, RobotStatus
 
 LOOKING = ("opening", "handshake", "configuring")  # phases in which boards are not yet known
 FOUND = ("ok", "needs calibration")

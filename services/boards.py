@@ -18,7 +18,8 @@ from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
 from services.emulated.emulation import rig_spec
-from services.messages import FaultRequest, PlantTruth, PushRequest, Reply
+from services.emulated.messages import FaultRequest, PlantTruth, PushRequest
+from services.messages import Reply
 from services.streams import FAULT_CALL, PLANT_TRUTH, PUSH_CALL
 
 TICK_S = 0.001

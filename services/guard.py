@@ -18,7 +18,8 @@ from hal.tasks import Task
 from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
-from services.messages import Reply, RobotRequest
+from services.messages import Reply
+from services.robot_messages import RobotRequest
 from services.robotfile.robot_tables import RobotFile
 from services.robotfile.wiring import parked, robot_description
 from services.streams import GUARD_CALL, ROBOT_STATUS

@@ -1,7 +1,8 @@
-"""Every message that a stream carries and every request that a service answers.
+"""What all messages share, and those that pass between the services.
 
-SI units and radians; the first field is the sender's time. Fields are only ever added at the end,
-with a default.
+What one service alone is asked and tells is in a file of its own: `robot_messages.py`, and the
+`messages.py` of its package. SI units and radians; the first field is the sender's time. Fields are
+only ever added at the end, with a default.
 """
 
 import math
@@ -227,72 +228,6 @@ class CartesianStatus(Message, frozen=True, kw_only=True):
     reason: str = ""  # why nothing is commanded that should be
 
 
-class BoardStatus(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """One board of the robot file as it is found on its bus."""
-
-    name: str
-    bus: int
-    address: int
-    state: str  # ok | missing | wrong | silent | restarted | needs calibration
-    reason: str  # why it is not ok, empty when it is
-    since_ns: int
-
-
-class BusStatus(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """One CAN bus: whether it works, and what passes."""
-
-    number: int
-    state: str  # active | passive | off | nobody acknowledges
-    frames_received: int
-    frames_sent: int
-    frames_lost: int
-    errors: int
-    load_percent: float
-
-
-class RobotStatus(Message, frozen=True, kw_only=True):
-    """The HAL's heartbeat."""
-
-    phase: str  # opening | handshake | configuring | calibrating | ready | stopping | idle | failed
-    calibrated: bool
-    compliant: tuple[str, ...]  # names of the compliant joints
-    faults: tuple[str, ...]  # text, newest last
-    fault_count: int
-    frames_received: int
-    frames_sent: int
-    frames_lost: int
-    frames_dropped: int  # undecodable or orphaned, by cause in `drops`
-    drops: tuple[tuple[str, int], ...] = ()
-    refused_commands: int = 0
-    torque_loop_ms: Floats = ()  # samples since the previous status
-    foreign_frames: int = 0
-    busy: bool = False
-    refusals: tuple[tuple[str, int], ...] = ()  # by cause
-    finished_task: int = 0  # every request up to this number has ended
-    failed_tasks: tuple[tuple[int, str], ...] = ()  # the last ones that failed, and why
-    clamped: tuple[tuple[str, int], ...] = ()  # sent, but not as given, by cause
-    boards: tuple[BoardStatus, ...] = ()
-    buses: tuple[BusStatus, ...] = ()
-    calibration: tuple[tuple[str, str], ...] = ()  # joint, and: done, pending or failed: reason
-
-
-class PlantTruth(Message, frozen=True, kw_only=True):
-    """What the emulated robot really does. No controller reads it."""
-
-    joints: tuple[str, ...]
-    q_rad: Floats
-    dq_rad_s: Floats
-    tau_nm: Floats  # motor torque at the joint
-    tip_position_m: Vector3
-    tip_rotation_rad: Vector3
-    limit_violations: int
-    board_faults: int
-    ticks: int = 0  # milliseconds simulated so far
-    frames: int = 0
-    frames_lost: int = 0
-    limits_waiting: tuple[str, ...] = ()  # joints that are not yet held to their limits
-
-
 class ServiceStats(Message, frozen=True, kw_only=True):
     """How one process keeps its time."""
 
@@ -307,32 +242,11 @@ class ServiceStats(Message, frozen=True, kw_only=True):
     errors: int = 0
 
 
-class RobotRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """Something for the HAL to do."""
-
-    action: str  # calibrate | move | mode | interaction | stop | park | idle | tune
-    joints: tuple[str, ...] = ()  # empty = all
-    value: str = ""  # mode: idle, position, direct, velocity, torque, pwm; interaction: stiff,
-    # compliant; tune: position_pid, torque_pid, impedance, current_limit, velocity_limit
-    q_rad: Floats = ()
-    duration_s: float = 0.0
-    settings: tuple[tuple[str, float], ...] = ()  # tune: all of the kind, by the HAL's names
-
-
 class FtRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     """Remove the offset of the named FT sensors: no contact, arm at rest."""
 
     sensors: tuple[str, ...] = ()
     samples: int = 200
-
-
-class PushRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """A force on the emulated robot, base frame; for experiments."""
-
-    force_n: Vector3
-    duration_s: float
-    frame: str = ""  # link or joint of the model that is pushed; empty = the tip
-    point_m: Vector3 = (0.0, 0.0, 0.0)  # where, in the axes of that frame
 
 
 class Reply(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
@@ -341,19 +255,3 @@ class Reply(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     ok: bool
     reason: str = ""
     task: int = 0  # where the work goes on after the answer: wait for it in finished_task
-
-
-class FaultRequest(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
-    """A fault of the emulated robot, on or off; see `ulna board faults` for kinds and needs."""
-
-    kind: str
-    on: bool = True
-    bus: int | None = None
-    address: int | None = None
-    axis: int | None = None
-    value: int | None = None
-    can_id: int | None = None
-    count: int = 0
-    share: float = 1.0
-    seed: int = 0
-    milliseconds: int = 0

@@ -20,16 +20,8 @@ from services.board_news import Reports, bus_statuses
 from services.config import load_robot
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
-from services.messages import (
-    ImpedanceOffset,
-    JointCommand,
-    JointState,
-    Reply,
-    RobotRequest,
-    RobotStatus,
-    Vector3,
-    Wrench,
-)
+from services.messages import ImpedanceOffset, JointCommand, JointState, Reply, Vector3, Wrench
+from services.robot_messages import RobotRequest, RobotStatus
 from services.robotfile.rates import Rates
 from services.robotfile.robot_tables import RobotFile
 from services.robotfile.wiring import parked, robot_description

@@ -8,7 +8,8 @@ from collections.abc import Callable, Generator
 
 from services.core.service import CallFailed, Inputs, Outputs, Service
 from services.fields.messages import FieldReply
-from services.messages import Reply, RobotRequest, RobotStatus
+from services.messages import Reply
+from services.robot_messages import RobotRequest, RobotStatus
 from services.streams import ROBOT_CALL, ROBOT_STATUS
 
 TASK_TIMEOUT_S = 15.0

@@ -4,11 +4,11 @@ Keys are `<robot>/<place>/<name>`; `place` is a part, a sensor or a service.
 """
 
 from services.core.stream import Call, PlacedStream, Stream
+from services.emulated.messages import FaultRequest, PlantTruth, PushRequest
 from services.fields.messages import FieldReply, FieldRequest, FieldStatus
 from services.messages import (
     CartesianStatus,
     DynamicsStatus,
-    FaultRequest,
     FtRequest,
     Goal,
     Hall,
@@ -19,11 +19,7 @@ from services.messages import (
     JointCommand,
     JointState,
     Objects,
-    PlantTruth,
-    PushRequest,
     Reply,
-    RobotRequest,
-    RobotStatus,
     ServiceStats,
     Skin,
     TorqueEstimate,
@@ -36,6 +32,7 @@ from services.reaching.cartesian_messages import (
     CartesianRequest,
 )
 from services.reaching.messages import IkReply, IkRequest, IkStatusReport, SetupInUse
+from services.robot_messages import RobotRequest, RobotStatus
 from services.wholebody.dynamics_messages import (
     Contacts,
     DynamicsHealth,

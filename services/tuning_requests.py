@@ -5,7 +5,7 @@ import msgspec
 from hal.description import Impedance, PositionPid, TorquePid
 from hal.tuning import CurrentLimit, Tuning, VelocityLimit
 from services.core.errors import ServiceError
-from services.messages import RobotRequest
+from services.robot_messages import RobotRequest
 
 KINDS: dict[str, type[Tuning]] = {
     "position_pid": PositionPid,

@@ -7,7 +7,7 @@ from services.cli.dynamics_client import DynamicsClient
 from services.cli.joint_requests import advice
 from services.core.clock import NS_PER_S
 from services.core.errors import ServiceError
-from services.messages import RobotRequest
+from services.robot_messages import RobotRequest
 from services.robotfile.robot_tables import RobotFile
 from services.robotfile.wiring import joint_limits_deg
 from services.streams import JOINT_STATE, ROBOT_CALL, ROBOT_STATUS

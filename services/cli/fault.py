@@ -14,7 +14,7 @@ from services.core.client import Client
 from services.core.clock import RealClock
 from services.core.errors import ServiceError
 from services.core.rundir import read_record
-from services.messages import FaultRequest
+from services.emulated.messages import FaultRequest
 from services.streams import FAULT_CALL
 
 FAILED = 2

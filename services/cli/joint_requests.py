@@ -6,7 +6,8 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from services.cli.stack_client import StackClient
 from services.core.clock import NS_PER_S
 from services.core.errors import ServiceError
-from services.messages import Reply, RobotRequest, RobotStatus
+from services.messages import Reply
+from services.robot_messages import RobotRequest, RobotStatus
 from services.streams import ROBOT_CALL, ROBOT_STATUS
 
 STARTING = ("opening", "handshake", "configuring")

@@ -7,7 +7,8 @@ from rich import box
 from rich.table import Table
 
 from hal.wire.modes import ControlMode
-from services.messages import JointState, RobotStatus
+from services.messages import JointState
+from services.robot_messages import RobotStatus
 from services.robotfile.robot_tables import RobotFile
 
 MODE_NAMES = {int(mode): mode.name.lower().replace("_", " ") for mode in ControlMode}

@@ -11,7 +11,8 @@ from services.cli.joint_requests import RefusedError, carry_out
 from services.cli.joint_tables import joint_table
 from services.cli.stack_client import StackClient
 from services.core.errors import ConfigError, ServiceError
-from services.messages import JointState, RobotRequest
+from services.messages import JointState
+from services.robot_messages import RobotRequest
 from services.streams import JOINT_STATE, ROBOT_STATUS
 
 REFUSED = 1

@@ -8,7 +8,8 @@ from services.core.client import Client
 from services.core.clock import NS_PER_S, Clock
 from services.core.errors import CallFailedError
 from services.core.stream import Call
-from services.messages import Reply, RobotRequest
+from services.messages import Reply
+from services.robot_messages import RobotRequest
 from services.streams import GUARD_CALL, ROBOT_CALL, ROBOT_STATUS
 
 BRING_DOWN_S = 3.0  # what the HAL takes at most to bring the limbs down in position mode

@@ -2,8 +2,8 @@
 
 from services.core.client import Client
 from services.core.clock import NS_PER_MS, NS_PER_S, Clock
-from services.messages import RobotRequest
 from services.reaching.client_types import RequestRefusedError, WaitTimeoutError
+from services.robot_messages import RobotRequest
 from services.streams import ROBOT_CALL, ROBOT_STATUS
 
 LOOK_NS = 20 * NS_PER_MS

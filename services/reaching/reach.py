@@ -15,20 +15,13 @@ import numpy as np
 from dforc import rotation
 from services.core.service import CallFailed, Period
 from services.core.stream import AnyStream
+from services.emulated.messages import PushRequest
 from services.fields.messages import FieldRequest
-from services.messages import (
-    FtRequest,
-    Goal,
-    Objects,
-    Obstacle,
-    PushRequest,
-    Reply,
-    RobotRequest,
-    Vector3,
-)
+from services.messages import FtRequest, Goal, Objects, Obstacle, Reply, Vector3
 from services.reaching.limb import limb_model
 from services.reaching.reach_record import Recording, Sample
 from services.reaching.reach_scene import Scene, draw_scene, rotation_there
+from services.robot_messages import RobotRequest
 from services.robotfile.robot_tables import RobotFile
 from services.script import TASK_TIMEOUT_S, AbandonedError, Script, ScriptedService
 from services.streams import (

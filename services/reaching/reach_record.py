@@ -12,18 +12,12 @@ from numpy.typing import NDArray
 from dforc import rotation
 from dforc.collision.clearance import BodyClearance
 from dforc.collision.obstacles import sphere
+from services.emulated.messages import PlantTruth
 from services.fields.messages import FieldStatus
 from services.fields.robot_body import robot_body
-from services.messages import (
-    NAN3,
-    CartesianStatus,
-    DynamicsStatus,
-    Floats,
-    PlantTruth,
-    RobotStatus,
-    Vector3,
-)
+from services.messages import NAN3, CartesianStatus, DynamicsStatus, Floats, Vector3
 from services.reaching.reach_scene import Scene
+from services.robot_messages import RobotStatus
 from services.robotfile.robot_tables import RobotFile
 
 Vector = NDArray[np.float64]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from hal.description import Board, ForceTorqueSensor, Joint, RobotDescription, TorqueSource
 from services.core.errors import ConfigError
-from services.messages import RobotRequest
+from services.robot_messages import RobotRequest
 from services.robotfile.model_file import model_limits_deg, urdf_path
 from services.robotfile.robot_tables import JointTable, RobotFile
 

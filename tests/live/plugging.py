@@ -14,8 +14,8 @@ from pathlib import Path
 from services.cli.up import Can, Stack
 from services.config import robots_folder
 from services.core.clock import NS_PER_S, RealClock
-from services.messages import BoardStatus, RobotRequest
 from services.processes import HUB, PROCESSES
+from services.robot_messages import BoardStatus, RobotRequest
 from services.streams import ROBOT_CALL, ROBOT_STATUS
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -4,7 +4,8 @@ import logging
 
 from services.core.live import Context, run_process
 from services.core.service import Inputs, Outputs, Period, Service
-from services.messages import Reply, RobotStatus
+from services.messages import Reply
+from services.robot_messages import RobotStatus
 from services.streams import ROBOT_CALL, ROBOT_STATUS
 
 logger = logging.getLogger(__name__)

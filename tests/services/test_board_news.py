@@ -2,7 +2,7 @@
 
 from hal.readings import BoardReport
 from services.board_news import BoardNews, Reports
-from services.messages import BoardStatus, BusStatus, RobotStatus
+from services.robot_messages import BoardStatus, BusStatus, RobotStatus
 
 
 def board(name: str, state: str, reason: str = "") -> BoardStatus:

@@ -12,7 +12,8 @@ from services.config import load_robot
 from services.core.clock import VirtualClock
 from services.core.testing import Bench
 from services.emulated.emulation import rig_spec
-from services.messages import FaultRequest, PushRequest, Reply
+from services.emulated.messages import FaultRequest, PushRequest
+from services.messages import Reply
 from services.streams import FAULT_CALL, PUSH_CALL
 
 

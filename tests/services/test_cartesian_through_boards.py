@@ -9,8 +9,8 @@ from dforc import rotation
 from dforc.arrays import Vector
 from services.config import load_robot
 from services.core.service import CallFailed, Period
+from services.emulated.messages import PlantTruth
 from services.emulated.simulation import Simulation
-from services.messages import PlantTruth
 from services.reaching.cartesian_messages import (
     CartesianEvent,
     CartesianReply,

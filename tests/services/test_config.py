@@ -10,7 +10,7 @@ import pytest
 
 from services.config import load_robot, parse_robot, robots_folder
 from services.core.errors import ConfigError
-from services.messages import RobotRequest
+from services.robot_messages import RobotRequest
 from services.robotfile.wiring import joint_limits_deg, parked, robot_description
 
 PATH = Path("robot.toml")

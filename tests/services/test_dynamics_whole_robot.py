@@ -6,8 +6,8 @@ import pytest
 
 from services.config import load_robot
 from services.core.service import Period
+from services.emulated.messages import FaultRequest, PushRequest
 from services.emulated.simulation import Simulation
-from services.messages import FaultRequest, PushRequest
 from services.robotfile.robot_selection import select
 from services.robotfile.robot_tables import RobotFile
 from services.script import Script, ScriptedService

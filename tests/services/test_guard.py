@@ -6,7 +6,8 @@ from hal.buses.memory import MemoryBus, MemoryNetwork
 from services.core.clock import VirtualClock
 from services.core.testing import Bench
 from services.guard import GuardService
-from services.messages import Reply, RobotRequest, RobotStatus
+from services.messages import Reply
+from services.robot_messages import RobotRequest, RobotStatus
 from services.robotfile.robot_tables import RobotFile
 from services.streams import GUARD_CALL, ROBOT_STATUS
 

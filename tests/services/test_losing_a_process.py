@@ -11,9 +11,9 @@ from services.boards import Boards
 from services.core.service import Inputs, Outputs, Period, Service
 from services.core.stream import AnyStream
 from services.emulated.simulation import Simulation
-from services.messages import RobotRequest
 from services.reaching.reach import Reach, ReachOptions
 from services.robot import RobotService
+from services.robot_messages import RobotRequest
 from services.robotfile.robot_tables import RobotFile
 from services.streams import GUARD_CALL
 

@@ -13,8 +13,9 @@ from hal.readings import ForceTorqueSample
 from services.core.service import Inputs, Outputs, Period, Service
 from services.core.stream import AnyStream
 from services.emulated.simulation import Simulation
-from services.messages import JointCommand, Reply, RobotRequest, RobotStatus, Wrench
+from services.messages import JointCommand, Reply, Wrench
 from services.robot import averaged
+from services.robot_messages import RobotRequest, RobotStatus
 from services.robotfile.robot_tables import RobotFile
 from services.robotfile.wiring import robot_description
 from services.streams import JOINT_COMMAND, ROBOT_CALL, ROBOT_STATUS

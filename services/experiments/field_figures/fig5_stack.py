@@ -15,9 +15,10 @@ from dforc.rotation import angle_between, matrix
 from services.core.errors import ServiceError
 from services.core.service import CallFailed, Period
 from services.core.stream import AnyStream
+from services.emulated.messages import PlantTruth
 from services.emulated.simulation import Progress, Simulation
 from services.fields.messages import FieldReply, FieldRequest
-from services.messages import Goal, Objects, Obstacle, PlantTruth, Vector3
+from services.messages import Goal, Objects, Obstacle, Vector3
 from services.robotfile.robot_tables import RobotFile
 from services.script import AbandonedError, Script, ScriptedService
 from services.streams import (

@@ -12,7 +12,8 @@ from services.cli.joint_tables import joint_table
 from services.cli.main import main
 from services.config import load_robot
 from services.core.errors import ConfigError
-from services.messages import JointState, Reply, RobotRequest, RobotStatus
+from services.messages import JointState, Reply
+from services.robot_messages import RobotRequest, RobotStatus
 
 TORSO = ("torso_pitch", "torso_roll", "torso_yaw")
 STATUS = RobotStatus(

@@ -10,7 +10,8 @@ from services.core.clock import VirtualClock
 from services.core.errors import CallFailedError
 from services.core.stopping import LimbStop, StopRequests
 from services.core.stream import AnyCall, AnyStream
-from services.messages import Reply, RobotRequest, RobotStatus
+from services.messages import Reply
+from services.robot_messages import RobotRequest, RobotStatus
 from services.streams import GUARD_CALL
 
 READY = RobotStatus(
