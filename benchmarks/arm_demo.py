@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.arm_demo_job import ArmDemo, Shown
-from services.cli.up import Stack, choose_can, rows_for
 from services.config import load_robot
 from services.core.clock import RealClock
 from services.core.errors import ProcessDiedError
@@ -21,6 +20,8 @@ from services.core.live import robot_name
 from services.core.loop import LiveExecutor
 from services.emulated.simulation import Simulation
 from services.experiments.rows import Row, at_most, publish
+from services.stack import Stack
+from services.stack_choice import choose_can, rows_for
 
 ROBOT = "icub:reach"
 RUNS = 20

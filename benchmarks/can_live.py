@@ -18,13 +18,14 @@ from pathlib import Path
 from benchmarks.can_live_run import PROCESSES as NEEDED
 from benchmarks.can_live_run import OneProcessRun, Run, StackRun
 from hal.buses.socketcan import interfaces_up
-from services.cli.up import Can, Stack
 from services.config import load_robot
 from services.emulated.messages import PlantTruth
 from services.experiments.rows import Row, at_least, at_most, publish
 from services.messages import ServiceStats
 from services.processes import HUB, PROCESSES
 from services.robot_messages import RobotStatus
+from services.stack import Stack
+from services.stack_choice import Can
 
 ROOT = Path(__file__).resolve().parent.parent
 GUEST = ROOT.parent / "shared" / "tools" / "run-with-vcan"

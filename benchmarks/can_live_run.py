@@ -13,7 +13,6 @@ from firmware_sim.boards.warm import warm
 from firmware_sim.rig import Rig
 from hal.buses.socketcan import SocketCanBus
 from services.boards import Boards
-from services.cli.up import Stack
 from services.core.clock import NS_PER_MS, NS_PER_S, RealClock
 from services.core.errors import NotReadyError
 from services.core.paced import PacedClock
@@ -28,6 +27,7 @@ from services.robot_messages import RobotRequest, RobotStatus
 from services.robotfile.rates import Rates
 from services.robotfile.robot_tables import RobotFile
 from services.robotfile.wiring import joint_limits_deg
+from services.stack import Stack
 from services.streams import PLANT_TRUTH, ROBOT_CALL, ROBOT_STATUS, STATS
 
 PROCESSES = ("boards", "robot")

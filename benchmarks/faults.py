@@ -15,13 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.live import processes_left
-from services.cli.up import Stack
 from services.emulated.messages import PlantTruth
 from services.experiments.rows import Row, at_most, publish
 from services.messages import Vector3
 from services.processes import PROCESSES
 from services.reaching.reach import Reach, ReachOptions
 from services.reaching.reach_live import run_live
+from services.stack import Stack
 
 LIMP = ("boards", "hub")  # physics, or every bus, is gone: nothing is promised
 HELD_BAR_MM = 5.0

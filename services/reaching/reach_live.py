@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import cast
 
-from services.cli.up import Can, Stack, choose_can, rows_for
 from services.config import load_robot
 from services.core.clock import RealClock, wall_ns
 from services.core.errors import ConfigError, ProcessDiedError
@@ -13,6 +12,8 @@ from services.messages import ServiceStats
 from services.reaching.reach import Reach, ReachOptions
 from services.reaching.reach_record import Report
 from services.reaching.reach_virtual import Outcome, torque_loop_percentiles
+from services.stack import Stack
+from services.stack_choice import Can, choose_can, rows_for
 from services.streams import STATS
 
 SHOW_EVERY_STEPS = 10

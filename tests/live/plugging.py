@@ -11,11 +11,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from services.cli.up import Can, Stack
 from services.config import robots_folder
 from services.core.clock import NS_PER_S, RealClock
 from services.processes import HUB, PROCESSES
 from services.robot_messages import BoardStatus, RobotRequest
+from services.stack import Stack
+from services.stack_choice import Can
 from services.streams import ROBOT_CALL, ROBOT_STATUS
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from hal.buses.zenoh import ZenohBus
-from services.cli.up import Stack
 from services.core.clock import RealClock
 from services.processes import HUB
+from services.stack import Stack
 from tests.live.verbs import exercise
 
 pytestmark = pytest.mark.live

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from services.cli.main import main
-from services.cli.up import Stack
 from services.processes import HUB, PROCESSES
 from services.reaching.client import (
     BlockingCartesianControl,
@@ -15,6 +14,7 @@ from services.reaching.client import (
     RequestRefusedError,
     WaitTimeoutError,
 )
+from services.stack import Stack
 
 pytestmark = pytest.mark.live
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from hal.buses.socketcan import interfaces_up
-from services.cli.up import Stack
 from services.config import load_robot
 from services.core.rundir import running
 from services.reaching.reach import Reach, ReachOptions
 from services.reaching.reach_live import run_live
+from services.stack import Stack
 
 pytestmark = pytest.mark.live
 

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from services.cli.main import main
-from services.cli.up import Stack
 from services.processes import HUB, PROCESSES
+from services.stack import Stack
 
 pytestmark = pytest.mark.live
 

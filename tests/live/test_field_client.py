@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from services.cli.main import main
-from services.cli.up import Stack
 from services.fields.client import BlockingFieldControl, RequestRefusedError, WaitTimeoutError
 from services.processes import HUB, PROCESSES
 from services.reaching.client import BlockingCartesianControl
+from services.stack import Stack
 
 pytestmark = pytest.mark.live
 

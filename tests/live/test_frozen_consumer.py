@@ -7,9 +7,9 @@ from itertools import pairwise
 import pytest
 
 from hal.buses.zenoh import ZenohBus
-from services.cli.up import Stack
 from services.core.clock import NS_PER_MS, NS_PER_S, RealClock
 from services.processes import HUB, Process
+from services.stack import Stack
 
 pytestmark = pytest.mark.live
 

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from services.cli.up import Stack
 from services.core.client import Client
 from services.core.clock import NS_PER_S, RealClock
 from services.core.errors import (
@@ -21,6 +20,7 @@ from services.core.errors import (
 )
 from services.core.rundir import read_record
 from services.processes import HUB, Process
+from services.stack import Stack
 from services.streams import STATS
 from tests.live.toy_streams import FAREWELL, ORDER, PING, PONG, SETTING, Done, Order, Ping
 
@@ -188,7 +188,7 @@ def test_a_process_that_cannot_start_fails_the_start_and_leaves_nothing() -> Non
 
 
 def test_a_process_that_does_not_listen_is_ended_by_force(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("services.cli.up.FORCE_AFTER_S", 0.5)
+    monkeypatch.setattr("services.stack.FORCE_AFTER_S", 0.5)
     reports: list[str] = []
     with stack_of(ECHO, report=reports.append) as stack:
         pids = stack.pids

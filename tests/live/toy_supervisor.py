@@ -2,8 +2,8 @@
 
 import sys
 
-from services.cli.up import Stack
 from services.processes import HUB, Process
+from services.stack import Stack
 
 
 def main() -> int:
