@@ -45,7 +45,7 @@ def status_lines(status: FieldStatus) -> Iterator[str]:
             "and the arm gets out of the way so much later"
         )
     elif status.late_count:
-        yield f"{status.late_count} times since the start periods began over {LATE_MS:.0f} ms late"
+        yield f"periods began over {LATE_MS:.0f} ms late; times so far: {status.late_count}"
     if status.assumed:
         yield f"not heard, taken to be where they were: {', '.join(status.assumed)}"
     if status.refused:

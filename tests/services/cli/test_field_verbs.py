@@ -117,7 +117,7 @@ def test_late_periods_are_shown_while_they_are_and_counted_then() -> None:
     (line,) = list(status_lines(late))[3:]
     assert line.startswith("periods began up to 83 ms late")
     (line,) = list(status_lines(msgspec.structs.replace(late, late_ms=12.0)))[3:]
-    assert line == "2 times since the start periods began over 50 ms late"
+    assert line == "periods began over 50 ms late; times so far: 2"
     assert len(list(status_lines(msgspec.structs.replace(WAITING, late_ms=12.0)))) == 3
 
 
