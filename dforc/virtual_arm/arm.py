@@ -33,9 +33,6 @@ LEANING_SHARE = 0.5  # of the joints' speeds
 TURN_PROGRESS_M = 0.1  # what a radian counts beside metres
 NEAR_M = 0.02  # of the goal the posture's pull fades, so that it moves no hand off it
 LEAST_PULL = 0.05
-# The posture leans off the limits: a compliant joint gives way by some degrees, and at a limit it
-# would have to be made stiff for that.
-OFF_LIMITS_RAD = math.radians(6.0)
 
 
 class VirtualArm:
@@ -68,8 +65,6 @@ class VirtualArm:
         self._motion = ArmMotion(body, joints, limits, speed_limits_rad_s, tips, self.params)
         self._rest = constant(finite_vector("rest posture", rest_rad, limits.n))
         motion = self._motion
-        off = np.minimum(OFF_LIMITS_RAD, 0.25 * (limits.upper_rad - limits.lower_rad))
-        self._inner = constant(limits.lower_rad + off), constant(limits.upper_rad - off)
         self._pursuit = Pursuit(
             body, motion.columns, limits, tips, self._rest, motion.speeds, self.params, seed
         )
@@ -232,7 +227,7 @@ class VirtualArm:
     def _leaning(self, distance_m: float, share: float, gain: float) -> tuple[Vector, Vector]:
         """Joint speeds that the posture wants, and their weights."""
         motion, posture = self._motion, self._pursuit.posture
-        lean = np.clip(self._rest if posture is None else posture, *self._inner)
+        lean = self._rest if posture is None else posture
         limit = LEANING_SHARE * motion.speeds
         pull = share * np.clip(POSTURE_PULL_1_S * (lean - motion.q), -limit, limit)
         wanted: Vector = motion.dq + gain * (pull - motion.dq)
