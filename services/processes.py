@@ -16,8 +16,8 @@ class Process:
     name: str
     module: str
     fifo_priority: int = 0  # SCHED_FIFO where permitted; 0 = ordinary scheduling
-    # Where SCHED_FIFO is not asked for or not permitted. What moves a hand off an obstacle goes before
-    # ordinary work: beside a type checker on two cores the field, niced, stood still for 0.7 s.
+    # Where SCHED_FIFO is not asked for or not permitted. What moves a hand off an obstacle goes
+    # before ordinary work: niced, the field stood still for 0.7 s beside others on two cores.
     nice: int = 0
     emulated_only: bool = False  # stands in for hardware: not started on a real robot
     reaches: bool = False  # needs a limb that reaches
