@@ -16,9 +16,7 @@ class Process:
     name: str
     module: str
     fifo_priority: int = 0  # SCHED_FIFO where permitted; 0 = ordinary scheduling
-    # Where SCHED_FIFO is not asked for or not permitted. What moves a hand off an obstacle goes
-    # before ordinary work: niced, the field stood still for 0.7 s beside others on two cores.
-    nice: int = 0
+    nice: int = 0  # where SCHED_FIFO is not asked for or not permitted
     emulated_only: bool = False  # stands in for hardware: not started on a real robot
     reaches: bool = False  # needs a limb that reaches
     feels: bool = False  # needs a force/torque sensor
@@ -34,9 +32,11 @@ PROCESSES = (
     Process("guard", "services.guard", fifo_priority=45, on_can=True),
     Process("dynamics", "services.dynamics", fifo_priority=48, feels=True),
     Process("learner", "services.learner", nice=5, feels=True),
-    Process("ik", "services.ik", nice=-10, reaches=True),
-    Process("cartesian", "services.cartesian", nice=-10, reaches=True),
-    Process("field", "services.field", nice=-10, reaches=True),
+    # What moves a hand off an obstacle goes before ordinary work: niced, the field stood still for
+    # 0.7 s beside others on two cores.
+    Process("ik", "services.ik", fifo_priority=42, nice=-10, reaches=True),
+    Process("cartesian", "services.cartesian", fifo_priority=43, nice=-10, reaches=True),
+    Process("field", "services.field", fifo_priority=40, nice=-10, reaches=True),
 )
 
 STAGES = 3

@@ -8,6 +8,7 @@ import argparse
 import logging
 import signal
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -22,7 +23,12 @@ from services.core.clock import Clock, RealClock
 from services.core.errors import ServiceError
 from services.core.log import log_to_stderr
 from services.core.loop import LiveExecutor
-from services.core.realtime import die_with_parent, freeze_garbage, request_scheduling
+from services.core.realtime import (
+    die_with_parent,
+    freeze_garbage,
+    ordinary_scheduling,
+    request_scheduling,
+)
 from services.core.rundir import read_record
 from services.core.service import Service
 from services.core.session import connect, disconnect
@@ -154,7 +160,10 @@ def _serve(
     clock = RealClock()
     buses = LiveBuses(given.can, given.robot_name, session, clock)
     try:
-        service = build(Context(given.robot, given.seed, clock, buses.open))
+        context = Context(given.robot, given.seed, clock, buses.open)
+        # Threads of the buses are made here, and inherit what this one has.
+        with nullcontext() if process_row(name).on_can else ordinary_scheduling():
+            service = build(context)
         freeze_garbage()
         executor = LiveExecutor(name, service, session, given.robot_name, clock, scheduler)
         stop.guard(executor)

@@ -4,6 +4,8 @@ import ctypes
 import gc
 import os
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 PR_SET_PDEATHSIG = 1
 PR_SET_TIMERSLACK = 29
@@ -29,6 +31,20 @@ def request_scheduling(fifo_priority: int, nice: int) -> str:
     except PermissionError:
         refused = refused or f" (nice {nice} not permitted)"
     return f"nice {os.getpriority(os.PRIO_PROCESS, 0)}{refused}"
+
+
+@contextmanager
+def ordinary_scheduling() -> Iterator[None]:
+    """This thread at no priority meanwhile: compiling must not keep the machine from all else."""
+    policy, param = os.sched_getscheduler(0), os.sched_getparam(0)
+    if policy != os.SCHED_FIFO:
+        yield
+        return
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    try:
+        yield
+    finally:
+        os.sched_setscheduler(0, policy, param)
 
 
 def freeze_garbage() -> None:
