@@ -32,11 +32,11 @@ PROCESSES = (
     Process("guard", "services.guard", fifo_priority=45, on_can=True),
     Process("dynamics", "services.dynamics", fifo_priority=48, feels=True),
     Process("learner", "services.learner", nice=5, feels=True),
-    # What moves a hand off an obstacle goes before ordinary work: niced, the field stood still for
-    # 0.7 s beside others on two cores.
-    Process("ik", "services.ik", fifo_priority=42, nice=-10, reaches=True),
-    Process("cartesian", "services.cartesian", fifo_priority=43, nice=-10, reaches=True),
-    Process("field", "services.field", fifo_priority=40, nice=-10, reaches=True),
+    # Not niced: the field stood still for 0.7 s beside others on two cores. Nor before others: then
+    # whoever tells the field of objects (a camera's process, a client) stands still for as long.
+    Process("ik", "services.ik", reaches=True),
+    Process("cartesian", "services.cartesian", reaches=True),
+    Process("field", "services.field", reaches=True),
 )
 
 STAGES = 3
