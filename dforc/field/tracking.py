@@ -22,7 +22,8 @@ SIGMA_M = 0.005  # of a position whose covariance is not given, each axis
 VELOCITY_SIGMA_M_S = 0.005  # of a velocity that is given, each axis
 # Of the nimble filter [m^2/s^3]. Of strokes by hand (minimum jerk to 0.35 m/s, 5 mm of noise) its
 # error is 16 mm at most, that of the steady one 51 mm; from 0.01 to 0.1 it is nearly the same.
-NIMBLE_Q = 0.02
+NIMBLE_Q, NIMBLE_SIGMA_M = 0.02, 0.005
+HIGHEST_NIMBLE_Q = 0.5  # of what is seen more sharply: it may be followed more quickly
 STILL_THERE = 14.0  # squared Mahalanobis distance of nimble place and speed from those at rest
 LONGEST_PREDICTION_S = 0.5  # nothing is extrapolated farther; only the doubt grows on
 
@@ -93,6 +94,9 @@ class ObjectTracker:
         position = finite_vector("position_m", position_m, 3)
         R = self._covariance if covariance_m2 is None else _checked(covariance_m2)
         velocity = None if velocity_m_s is None else finite_vector("velocity_m_s", velocity_m_s, 3)
+        sharpness = 3.0 * NIMBLE_SIGMA_M**2 / float(np.trace(R))
+        nimble_q = min(max(NIMBLE_Q * sharpness, NIMBLE_Q), HIGHEST_NIMBLE_Q)
+        self._nimble.numbers[kernel.LOWEST] = nimble_q
         found = [Sample.IGNORED, Sample.IGNORED]
         for i, track in enumerate((self._track, self._nimble)):
             found[i] = Sample(kernel.take(track, float(t_s), position, R))

@@ -16,11 +16,13 @@ from dforc.compiled import compiled
 
 # Places in `numbers`.
 TIME, SAMPLES, REJECTED, RESTLESSNESS, STILL, DRIFT_TIME, LOWEST = 0, 1, 2, 3, 4, 5, 6
-NUMBERS = 7
+SEEN_TIME, SEEN = 7, 8  # the newest sample, be it taken or skipped, and its place
+NUMBERS = 11
 
 TAKEN, SKIPPED, RESTARTED, IGNORED = 0, 1, 2, 3  # what became of a sample
 
-FIRST_SPEED_M_S = 0.1  # sigma of an unknown velocity, each axis
+FIRST_SPEED_M_S = 0.3  # sigma of an unknown velocity, each axis
+ODD_SPEED_M_S = 1.5  # the same of an object that has just gone where nobody expected it
 LOWEST_Q, HIGHEST_Q = 1e-5, 0.1  # m^2/s^3
 FIRST_Q = 3e-4
 RISE_PER_S, FALL_PER_S = 6.0, 4.0  # of log q, per unit of evidence
@@ -46,8 +48,8 @@ class Track(NamedTuple):
 
 
 @compiled
-def restart(track: Track, time: float, z: Vector, R: Matrix) -> None:
-    """Know no more than one sample."""
+def restart(track: Track, time: float, z: Vector, R: Matrix, speed: float) -> None:
+    """Know no more than one sample, and that the object is about as fast as that, or at rest."""
     numbers = track.numbers
     numbers[TIME], numbers[SAMPLES], numbers[REJECTED] = time, 1.0, 0.0
     numbers[RESTLESSNESS] = max(FIRST_Q, numbers[LOWEST])
@@ -58,7 +60,7 @@ def restart(track: Track, time: float, z: Vector, R: Matrix) -> None:
         track.state[i], track.state[3 + i] = z[i], 0.0
         for j in range(3):
             track.P[i, j] = R[i, j]
-        track.P[3 + i, 3 + i] = FIRST_SPEED_M_S**2
+        track.P[3 + i, 3 + i] = speed**2
 
 
 @compiled
@@ -142,7 +144,7 @@ def adapt(track: Track, amount: float, dt: float) -> None:
     above = min(amount, MOST_EVIDENCE) - EXPECTED
     rate = RISE_PER_S if above > 0.0 else FALL_PER_S
     q = numbers[RESTLESSNESS] * math.exp(rate * above * dt)
-    numbers[RESTLESSNESS] = min(max(q, numbers[LOWEST]), HIGHEST_Q)
+    numbers[RESTLESSNESS] = max(min(q, HIGHEST_Q), numbers[LOWEST])
     v = track.state[3:]
     speed = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
     at_rest = numbers[STILL] >= REST_AFTER_S
@@ -168,28 +170,61 @@ def take_velocity(track: Track, v: Vector, variance: float) -> None:
 
 
 @compiled
-def take(track: Track, time: float, z: Vector, R: Matrix) -> int:
-    """Take in a position measured at a time [s]; TAKEN, SKIPPED, RESTARTED or IGNORED."""
+def begin_moving(track: Track, time: float, z: Vector, R: Matrix) -> None:
+    """Restart with the last two samples, so that an object which is fast is not taken for still."""
     numbers = track.numbers
-    dt = time - numbers[TIME]
-    if numbers[SAMPLES] == 0.0 or dt > LONGEST_GAP_S:
-        restart(track, time, z, R)
-        return RESTARTED
-    if dt <= 0.0:
-        return IGNORED
+    place, dt = numbers[SEEN : SEEN + 3].copy(), time - numbers[SEEN_TIME]
+    if not 0.0 < dt <= LONGEST_GAP_S:
+        restart(track, time, z, R, FIRST_SPEED_M_S)
+        return
+    restart(track, time, place, R, ODD_SPEED_M_S)
     predict(track.state, track.P, numbers[RESTLESSNESS], dt)
-    numbers[TIME] = time
     S, W, y = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    innovation(track, z, R, y, S, W)
+    if square_in(y, W) > GATE:
+        restart(track, time, z, R, FIRST_SPEED_M_S)
+        return
+    correct(track.state, track.P, 0, y, W)
+
+
+@compiled
+def innovation(track: Track, z: Vector, R: Matrix, y: Vector, S: Matrix, W: Matrix) -> None:
+    """Fill y = z - x, its covariance S and that one's inverse W."""
     for i in range(3):
         y[i] = z[i] - track.state[i]
         for j in range(3):
             S[i, j] = track.P[i, j] + R[i, j]
     inverse(S, W)
+
+
+@compiled
+def take(track: Track, time: float, z: Vector, R: Matrix) -> int:
+    """Take in a position measured at a time [s]; TAKEN, SKIPPED, RESTARTED or IGNORED."""
+    numbers = track.numbers
+    dt = time - numbers[TIME]
+    if numbers[SAMPLES] > 0.0 and dt <= 0.0:
+        return IGNORED
+    taken = _taken(track, time, dt, z, R)
+    numbers[SEEN_TIME] = time
+    numbers[SEEN : SEEN + 3] = z
+    return taken
+
+
+@compiled
+def _taken(track: Track, time: float, dt: float, z: Vector, R: Matrix) -> int:
+    numbers = track.numbers
+    if numbers[SAMPLES] == 0.0 or dt > LONGEST_GAP_S:
+        restart(track, time, z, R, FIRST_SPEED_M_S)
+        return RESTARTED
+    predict(track.state, track.P, numbers[RESTLESSNESS], dt)
+    numbers[TIME] = time
+    S, W, y = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    innovation(track, z, R, y, S, W)
     if square_in(y, W) > GATE:
         numbers[REJECTED] += 1.0
         if numbers[REJECTED] < PATIENCE:
             return SKIPPED
-        restart(track, time, z, R)
+        begin_moving(track, time, z, R)
         return RESTARTED
     numbers[REJECTED] = 0.0
     numbers[SAMPLES] += 1.0

@@ -34,11 +34,13 @@ LEASE_MS = 5000  # a frozen peer is noticed after this; a starved one must not b
 RECONNECT = {"period_init_ms": 50, "period_max_ms": 500, "period_increase_factor": 1.5}
 # What a consumer that stops reading may cost the others, once, before its link is closed [us].
 CLOSE_STALLED_LINK_US = 50_000
-# Threads of Zenoh's runtime. Every hand-over from thread to thread is a system call or two, and idle
-# threads wake each other to look for work: a client gets by with two, and the hub does all but
-# sending in its receiving threads (with Zenoh's own division its context switches are three times
-# as many, and it takes half a processor instead of a third). In the hub a frozen consumer takes up
-# to one receiving thread with it; with a single one it would stop all traffic, so there are spares.
+# Threads of Zenoh's runtime. Every hand-over from thread to thread is a system call or two, and
+# idle threads wake each other to look for work: a client gets by with two, and the hub does all
+# but sending in its receiving threads (with Zenoh's own division its context switches are three
+# times as many, and it takes half a processor instead of a third). In the hub a frozen consumer
+# takes up to one receiving thread with it; with a single one it would stop all traffic, so there
+# are spare ones.
+THREADS_VARIABLE = "ZENOH_RUNTIME"
 CLIENT_THREADS = (
     "(rx: (worker_threads: 1), tx: (worker_threads: 1), "
     "acc: (handover: rx), app: (handover: rx), net: (handover: rx))"
