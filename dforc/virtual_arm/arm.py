@@ -139,7 +139,8 @@ class VirtualArm:
                 pursuit.drop()
         else:
             known = [error for error in errors if error is not None]
-            pursuit.advance(Situation(asked, motion.q, world, others_q), known, dt_s)
+            now = Situation(asked, motion.q, world, others_q, motion.left_m)
+            pursuit.advance(now, known, dt_s)
         held, missed = self._move(asked, world, self._share(lag_m), dt_s)
         return self._output(errors, held, missed, lag_m)
 

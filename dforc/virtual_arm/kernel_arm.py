@@ -69,14 +69,16 @@ def surfaces(
     limb_gradients: Matrix,
     floors: Vector,
     pushes: Vector,
-) -> int:
-    """Least speed of every distance, and its derivative by the limb's joints. Index of the nearest.
+) -> tuple[int, float]:
+    """Least speed of every distance, and its derivative by the limb's joints.
+
+    Index of the smallest distance, and the least that is left of any beyond its margin.
 
     A distance may shrink by a share of what is left of it beyond the margin, and grows out of it:
     that part is its push.
     The speeds of obstacles (drifts) and of joints that are not the limb's count.
     """
-    nearest, least = -1, np.inf
+    nearest, shortest, least = -1, np.inf, np.inf
     rate_in = min(approach, 1.0 / period_s)
     for k in range(count):
         kept = margin if which[k, 1] >= 0 else self_margin
@@ -93,6 +95,7 @@ def surfaces(
         floors[k], pushes[k] = rate - drift, max(0.0, rate)
         if moved <= UNMOVED_M:
             floors[k], pushes[k] = -np.inf, 0.0
-        if left < least:
-            nearest, least = k, left
-    return nearest
+        least = min(least, left)
+        if distances[k] < shortest:
+            nearest, shortest = k, distances[k]
+    return nearest, least

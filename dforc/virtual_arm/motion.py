@@ -67,6 +67,7 @@ class ArmMotion:
         self.mask = body.moved_by(joints)
         self.count = 0
         self.nearest = -1
+        self.left_m = math.inf  # of the distances beyond their margins, at least
         self.distances: Vector = np.zeros(MOST_SURFACES)
         self.which: Indices = np.zeros((MOST_SURFACES, 2), dtype=np.int64)
         self._gradients: Matrix = np.zeros((MOST_SURFACES, N))
@@ -128,7 +129,7 @@ class ArmMotion:
             self._drifts,
             self.which,
         )
-        self.nearest = surfaces(
+        self.nearest, self.left_m = surfaces(
             self.distances,
             self._drifts,
             self._gradients,

@@ -4,7 +4,7 @@ Each attempt has a margin from obstacles. It looks for postures that have the ha
 keep the margin; when the arm is stuck it plans a path to one of them. An attempt that fails is
 followed by one with half the margin, down to the least; then the goal counts as out of reach, and
 after a while all begins again: obstacles may have moved. The arm itself keeps the whole margin
-until there is a path that needs less.
+until there is a path that needs less, and keeps it again once the goal has gone on into the open.
 """
 
 import math
@@ -106,7 +106,7 @@ class Pursuit:
         self._take_goals(now)
         if self._searching:
             self._go_on_searching()
-            self._leave_an_old_way(now)
+        self._leave_an_old_way(now)
         if self._planning:
             self._go_on_planning(now)
             return
@@ -131,6 +131,10 @@ class Pursuit:
         if self._goals is None or is_beyond(self._goals, now.goals, JUMPED_M, JUMPED_RAD):
             self._take_up(now)
         elif self._searched and is_beyond(self._searched, now.goals, MOVED_M, TURNED_RAD):
+            if now.left_m >= self._params.margin_m - self.margin_m:  # out in the open again
+                self.margin_m = self._params.margin_m
+                if self._found:
+                    self._level_m = self.margin_m
             spent = 0 if self._found else self._tries  # a goal that goes on may be out of reach
             self._begin_search(now)
             self._tries = spent

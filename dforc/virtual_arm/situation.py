@@ -16,3 +16,4 @@ class Situation(NamedTuple):
     q: Vector  # (n,)
     world: World
     others_q: Vector  # (N,)
+    left_m: float  # between the arm and the margins around it, at least

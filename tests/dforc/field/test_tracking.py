@@ -196,3 +196,29 @@ def test_what_is_kept_clear_of_stands_still_with_its_object() -> None:
 def test_nothing_can_be_kept_clear_of_what_was_never_seen() -> None:
     with pytest.raises(TrackingError, match="never been seen"):
         ObjectTracker().avoided_at(0.0)
+
+
+@pytest.mark.parametrize("rate_hz", [30.0, 100.0])
+@pytest.mark.parametrize("speed_m_s", [0.6, 1.2, 2.0])
+@pytest.mark.parametrize("noise_m", [0.0, 0.005])
+def test_tracks_what_is_fast_from_the_first_sight_on(
+    noise_m: float, speed_m_s: float, rate_hz: float
+) -> None:
+    rng, tracker = np.random.default_rng(3), ObjectTracker(0.001)
+    covariance = None if noise_m == 0.0 else noise_m**2 * np.eye(3)
+    for k in range(round(0.5 * rate_hz)):
+        place = np.array([speed_m_s * k / rate_hz, 0.0, 0.0])
+        tracker.update(k / rate_hz, place + rng.normal(0.0, noise_m, 3), covariance)
+    for state in (tracker.at(k / rate_hz), tracker.avoided_at(k / rate_hz)):
+        assert state.velocity_m_s[0] == pytest.approx(speed_m_s, rel=0.15)
+        assert np.linalg.norm(state.position_m - place) < 0.015
+
+
+def test_tracks_what_a_hand_throws_after_it_stood_still() -> None:
+    """Rest, then 1 m/s at once: known by the third odd sample, and no slower than it is."""
+    tracker = ObjectTracker()
+    for i in range(60):
+        x = 0.0 if i < 30 else (i - 29) / 30.0
+        tracker.update(i / 30.0, (x, 0.0, 0.0), 0.005**2 * np.eye(3))
+        if i >= 32:
+            assert tracker.at(i / 30.0).velocity_m_s[0] == pytest.approx(1.0, rel=0.1)

@@ -236,3 +236,35 @@ def test_comes_back_from_beyond_a_limit_without_a_jump(
     assert float(np.abs(step(arm, None).q_rad - beyond).max()) <= 0.3 * PERIOD_S + 1e-9
     run(arm, None, NOTHING, 1.0)
     assert flat_limits.violation(arm.q_rad) <= 1e-9
+
+
+def test_keeps_the_whole_margin_again_once_the_goal_has_gone_on_into_the_open(
+    arm: VirtualArm,
+) -> None:
+    """Two balls leave 14 mm beside the hand at the goal; then the goal walks back out, 25 cm."""
+    there = run(arm, GOAL, NOTHING, 8.0, until=ArmState.ARRIVED)[-1]
+    turned = float(there.q_rad.sum())
+    along = np.array([math.cos(turned), math.sin(turned), 0.0])
+    side = np.array([-along[1], along[0], 0.0])
+    places = [(GOAL.position_m + s * 0.084 * side).tolist() for s in (-1.0, 1.0)]
+    world = world_of([sphere(f"ball at {x:.2f}", (x, y, z), 0.05) for x, y, z in places])
+    arm.begin(START)
+    tight = run(arm, GOAL, world, 30.0, until=ArmState.ARRIVED)[-1]
+    assert tight.state is ArmState.ARRIVED
+    assert tight.margin_m < arm.params.margin_m
+    for k in range(500):
+        goal = TipGoal.checked(GOAL.position_m - 0.0005 * k * along, None, -0.05 * along)
+        out = step(arm, goal, world)
+    assert out.clearance_m > 0.1
+    assert out.margin_m == arm.params.margin_m
+
+
+def test_the_clearance_told_is_the_smallest_whatever_the_margins_are(arm: VirtualArm) -> None:
+    """A ball 15 mm away is deeper in its margin than the arm's own links, which nearly touch."""
+    folded = np.radians([0.0, 100.0, 99.0])
+    arm.begin(folded)
+    own = step(arm, None).clearance_m
+    beside = sphere("ball", (0.1, -0.02 - 0.03 - own - 0.004, 0.0), 0.03)
+    told = step(arm, None, world_of([beside]))
+    assert told.clearance_m == pytest.approx(own, abs=1e-3)
+    assert told.nearest == ("first", "third")

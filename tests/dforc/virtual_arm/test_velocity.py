@@ -8,6 +8,7 @@ from dforc.virtual_arm.kernel_velocity import (
     AS_WANTED,
     EASED,
     FASTER,
+    LIMIT_1_S,
     MISSED,
     Keeping,
     Wishes,
@@ -63,9 +64,9 @@ def test_gives_what_is_wanted_where_nothing_is_in_the_way() -> None:
 
 
 def test_brakes_before_a_limit_and_before_a_row() -> None:
-    assert choose((2.0, 0.0), q=(0.95, 0.0))[1][0] == pytest.approx(12.0 * 0.05)
+    assert choose((2.0, 0.0), q=(0.95, 0.0))[1][0] == pytest.approx(LIMIT_1_S * 0.05)
     _, dq = choose((2.0, 2.0), q=(0.70, 0.75))
-    assert dq.sum() == pytest.approx(12.0 * 0.05)
+    assert dq.sum() == pytest.approx(LIMIT_1_S * 0.05)
 
 
 def test_comes_back_inside_of_a_limit() -> None:
