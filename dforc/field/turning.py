@@ -49,24 +49,32 @@ class Turning:
         self._share = 0
         self._goals: tuple[TipTarget | None, ...] = ()
 
-    def step(self, turned: Sequence[Matrix], goals: Goals, dt_s: float) -> list[Matrix]:
+    def step(
+        self,
+        turned: Sequence[Matrix],
+        places_m: Sequence[Vector],
+        goals: Goals,
+        dt_s: float,
+    ) -> list[Matrix]:
         """The hands' orientations (3, 3) one period later, base frame.
 
         Args:
             turned: what they are.
+            places_m: where the hands' points are, each (3,).
             goals: where the hands are to go; None, or without an orientation: it stays.
             dt_s: period.
         """
         if is_beyond(self._goals, goals, OTHER_M, OTHER_RAD):
-            self._take(turned, goals)
+            self._take(turned, places_m, goals)
         towards = self._led(turned, goals)
         return [
             R if goal is None else _turned(R, goal, self._rate_rad_s * dt_s)
             for R, goal in zip(turned, towards, strict=True)
         ]
 
-    def _take(self, turned: Sequence[Matrix], goals: Goals) -> None:
+    def _take(self, turned: Sequence[Matrix], places_m: Sequence[Vector], goals: Goals) -> None:
         """Other goals: look for a posture if one of the turns is large."""
+        have_moved = bool(self._goals)
         self._from, self._to, self._share = self._posture(), None, 0
         self._goals = tuple(goals)
         largest = max(
@@ -79,6 +87,9 @@ class Turning:
         )
         if largest < LARGE_RAD:
             return
+        if have_moved:  # the posture that leads has to begin where the hands are
+            here = [TipTarget(p, R) for p, R in zip(places_m, turned, strict=True)]
+            self._from = self._inverse.solve(here, self._from, starts=1).q_rad
         found = self._inverse.solve(list(goals), self._from)
         if found.status is IkStatus.CONVERGED and found.orientation_error_rad <= WITHIN_RAD:
             self._to = found.q_rad

@@ -54,7 +54,10 @@ class DforcMode:
         """The points obey the forces; that of a hand without a goal stands."""
         asked: Goals = (None,) * len(self._hands) if goals is None else goals
         turns = self._turning.step(
-            [hand.rotation for hand in self._hands], [_tip_target(goal) for goal in asked], PERIOD_S
+            [hand.rotation for hand in self._hands],
+            [hand.position_m for hand in self._hands],
+            [_tip_target(goal) for goal in asked],
+            PERIOD_S,
         )
         self._hands = tuple(
             self._moved(hand, goal, turned, around)

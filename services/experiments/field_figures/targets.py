@@ -80,8 +80,10 @@ def reach(arm: PmpArm, target: HandPose) -> Reached:
     turning.begin(q)
     turned = [arm.model.tip_pose(q)[0]]
     error_m = error_rad = math.inf
+    place_m = arm.home_m
     for point in virtual_path(arm.home_m, target.position_m):
-        turned = turning.step(turned, [goal], PERIOD_S)
+        turned = turning.step(turned, [place_m], [goal], PERIOD_S)
+        place_m = point
         answer = inverse.track([TipTarget(point, turned[0])], q)
         q = answer.q_rad
         outside = max(outside, limits.violation(q))
