@@ -89,6 +89,10 @@ class VirtualArm:
         motion.begin(q, dq)
         self._pursuit.drop()
 
+    def new_goal(self) -> None:
+        """The goals of the next step are others, however near those before they are."""
+        self._pursuit.new_goal()
+
     def change(self, params: ArmParams) -> None:
         """Other constants from the next step on; the arm moves on as it did."""
         motion = self._motion

@@ -84,6 +84,10 @@ class Pursuit:
         self._steps = 0
         self.progress.restart()
 
+    def new_goal(self) -> None:
+        """Whatever goals come next are taken up afresh."""
+        self._goals = None
+
     def change(self, params: ArmParams, speeds: Vector) -> None:
         """Other constants."""
         if params.margin_m != self._params.margin_m:

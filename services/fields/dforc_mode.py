@@ -50,6 +50,10 @@ class DforcMode:
         self._turning.begin(start.q_rad)
         self._still = Standstill()
 
+    def new_goal(self) -> None:
+        """The points have not come to rest on the way to it yet."""
+        self._still = Standstill()
+
     def step(self, goals: Goals | None, around: Surroundings, lag_m: float) -> Motion:  # noqa: ARG002
         """The points obey the forces; that of a hand without a goal stands."""
         asked: Goals = (None,) * len(self._hands) if goals is None else goals

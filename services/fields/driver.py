@@ -51,8 +51,12 @@ class PointDriver:
         """The mode that is in motion."""
         return self._begun
 
-    def go(self, goal: ActiveGoal) -> None:
+    def go(self, goal: ActiveGoal, *, moved_on: bool = False) -> None:
         """A goal, at once; another limb begins afresh.
+
+        Args:
+            goal: what is to be reached.
+            moved_on: it is the one before, which has moved: what is known of that holds.
 
         Raises:
             ServiceError: the mode does not move such a limb; nothing has changed.
@@ -61,6 +65,8 @@ class PointDriver:
         if self.goal is not None and self.goal.limb != goal.limb:
             self.drop()
         self.goal = goal
+        if self._begun is not None and not moved_on:
+            self._begun.new_goal()
 
     def stop(self) -> None:
         """No goal: the points are gone, and the controller comes to rest."""

@@ -95,6 +95,9 @@ class FieldMode(Protocol):
             DforcError: the start is none.
         """
 
+    def new_goal(self) -> None:
+        """The next goals are new ones: what was found of those before is no verdict on them."""
+
     def step(self, goals: Goals | None, around: Surroundings, lag_m: float) -> Motion:
         """One period; without goals the points come to rest, and are still kept out of the way.
 

@@ -86,6 +86,10 @@ class PmpMode:
         self._goal_m = None
         self._still = self._standstill()
 
+    def new_goal(self) -> None:
+        """The time base begins again."""
+        self._goal_m = None
+
     def step(self, goals: Goals | None, around: Surroundings, lag_m: float) -> Motion:  # noqa: ARG002
         """The arm gives way to the forces; without a goal it stands."""
         state, goal = self._at(), goals[0] if goals else None

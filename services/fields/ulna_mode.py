@@ -60,6 +60,10 @@ class UlnaMode:
         self._output = None
         self._has_begun = True
 
+    def new_goal(self) -> None:
+        """The attempts begin again, wherever it is."""
+        self._arm.new_goal()
+
     def step(self, goals: Goals | None, around: Surroundings, lag_m: float) -> Motion:
         """The arm draws nearer to the goal, clear of everything."""
         if not self._has_begun:
