@@ -144,6 +144,7 @@ class WorldObject(msgspec.Struct, frozen=True, kw_only=True, array_like=True):
     role: str = "obstacle"  # | target: may be followed, and is not avoided
     on: bool = True  # off: listed, and without any effect
     vertices_m: tuple[Vector3, ...] = ()  # of a mesh, in its own axes
+    seen_ns: int = 0  # when, on the clock of the message's stamp; 0 = when that was made
 
 
 class Objects(Message, frozen=True, kw_only=True):

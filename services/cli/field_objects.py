@@ -78,6 +78,7 @@ def objects_add(
         rotation_rad=rotation,
         velocity_m_s=(0.0, 0.0, 0.0),
         role=role,
+        seen_ns=RealClock.now_ns(),
     )
 
     def add(items: dict[str, WorldObject]) -> None:
@@ -113,7 +114,9 @@ def objects_move(
     def move(items: dict[str, WorldObject]) -> None:
         before = _known(items, name)
         turned = before.rotation_rad if rotation is None else rotation
-        items[name] = msgspec.structs.replace(before, position_m=to, rotation_rad=turned)
+        items[name] = msgspec.structs.replace(
+            before, position_m=to, rotation_rad=turned, seen_ns=RealClock.now_ns()
+        )
 
     return _change(stack, move)
 

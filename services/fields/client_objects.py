@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import msgspec
 
 from dforc.arrays import ArrayLike
+from services.core.clock import RealClock
 from services.core.errors import ServiceError
 from services.fields.object_checks import check_object
 from services.messages import Objects, Vector3, WorldObject
@@ -49,14 +50,14 @@ class ObjectHandle:
             changes["rotation_rad"] = as_vector(rotation)
         if covariance_m2 is not None:
             changes["covariance_m2"] = tuple(float(x) for x in covariance_m2)
-        self._shelf.put(msgspec.structs.replace(self.item, **changes))
+        self._shelf.see(msgspec.structs.replace(self.item, **changes))
 
     def rest(self) -> None:
         """It stays where it is, at rest."""
-        self._shelf.put(msgspec.structs.replace(self.item, velocity_m_s=STILL))
+        self._shelf.see(msgspec.structs.replace(self.item, velocity_m_s=STILL))
 
     def switch(self, *, on: bool) -> None:
-        """Whether it has any effect."""
+        """Whether it has any effect; it is not seen anew by that."""
         self._shelf.put(msgspec.structs.replace(self.item, on=on))
 
     def remove(self) -> None:
@@ -65,10 +66,15 @@ class ObjectHandle:
 
 
 class ObjectShelf:
-    """All objects of one source; each change publishes all of them."""
+    """All objects of one source; each change publishes all of them, those that stay as they were.
 
-    def __init__(self, publish: Publish) -> None:
+    So each carries when it was seen: what is only published again is no new measurement.
+    """
+
+    def __init__(self, publish: Publish, now_ns: Callable[[], int] = RealClock.now_ns) -> None:
+        """`now_ns` is the clock that `publish` stamps its messages by."""
         self._publish = publish
+        self._now_ns = now_ns
         self._lock = threading.Lock()
         self._items: dict[str, WorldObject] = {}
 
@@ -94,11 +100,19 @@ class ObjectShelf:
                 raise ServiceError(
                     f"there is an object {item.name!r} already; move it by its handle"
                 )
-        self.put(item)
+        self.see(item)
         return ObjectHandle(item.name, self)
 
+    def see(self, item: WorldObject) -> None:
+        """One that is there now.
+
+        Raises:
+            ServiceError: it is none.
+        """
+        self.put(msgspec.structs.replace(item, seen_ns=self._now_ns()))
+
     def put(self, item: WorldObject) -> None:
-        """A new state of one.
+        """A new state of one, seen when it says.
 
         Raises:
             ServiceError: it is none.

@@ -33,6 +33,8 @@ def check_object(item: WorldObject) -> None:
         raise ConfigError(
             f"{called}: unknown shape {item.shape!r}; known: {', '.join(SHAPE_NAMES)}"
         )
+    if item.seen_ns < 0:
+        raise ConfigError(f"{called}: seen_ns of {item.seen_ns} is before all time")
     if item.role not in ROLES:
         raise ConfigError(f"{called}: unknown role {item.role!r}; known: {', '.join(ROLES)}")
     for name, values, most in (

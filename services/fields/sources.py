@@ -42,6 +42,7 @@ class Sources:
         seen_ns = source.clock.time_ns(now_ns, message.stamp_ns)
         room = MOST_OBJECTS - sum(len(other.objects) for other in self._sources.values())
         for item in as_objects(message):
+            at_ns = seen_ns - older_ns(message.stamp_ns, item.seen_ns)
             known = before.get(item.name)
             if item.name in source.objects:
                 problems.append(f"object {item.name!r}: twice in one message; the first counts")
@@ -57,9 +58,9 @@ class Sources:
                 problems.append(f"object {item.name!r}: more than {MOST_OBJECTS} objects")
                 break
             source.objects[item.name] = (
-                known.updated(seen_ns, item)
+                known.updated(at_ns, item)
                 if known is not None
-                else TrackedObject.first(seen_ns, item)
+                else TrackedObject.first(at_ns, item)
             )
         return problems
 
@@ -92,6 +93,11 @@ class Sources:
             )
             for name, source in self._sources.items()
         )
+
+
+def older_ns(stamp_ns: int, item_ns: int) -> int:
+    """By how much an object is older than its message; not at all where one has no stamp."""
+    return max(0, stamp_ns - item_ns) if stamp_ns > 0 and item_ns > 0 else 0
 
 
 def find_object(seen: tuple[SeenObject, ...], name: str) -> SeenObject | None:

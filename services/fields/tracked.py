@@ -12,7 +12,7 @@ import numpy as np
 from dforc.arrays import Matrix
 from dforc.collision.obstacles import Obstacle, Triple
 from dforc.field.tracking import ObjectTracker, Sample
-from services.core.clock import NS_PER_S
+from services.core.clock import NS_PER_MS, NS_PER_S
 from services.fields.object_checks import covariance_matrix
 from services.fields.seen import SeenObject, Sighting, solid_of
 from services.messages import WorldObject
@@ -20,6 +20,10 @@ from services.messages import WorldObject
 PREDICTED_S = 0.3  # that an object is taken to go on as it moved, once it is seen no more
 MOVING_M_S = 0.02  # what moved faster than this when it was seen last may be anywhere
 EXACT_SIGMA_M = 0.001  # of positions from which a velocity is estimated
+# A source sends all that it has when one object changes. What has no stamp of its own and comes
+# again to the last bit is no new measurement: no camera repeats its noise, and what is exact is
+# taken to stand only if it does so for longer than a camera's period.
+REPEATED_NS = 50 * NS_PER_MS
 SMALLEST_VARIANCE_M2 = 1e-10
 AGED_PER_S = 1e-4  # drift of a sender's clock against ours, at most
 STILL: Triple = (0.0, 0.0, 0.0)
@@ -42,11 +46,21 @@ class TrackedObject:
 
     def updated(self, seen_ns: int, item: WorldObject) -> "TrackedObject":
         """The same object, seen again; it has passed the checks."""
+        if self._is_repeated(seen_ns, item):
+            return self if item == self.item else replace(self, item=item, solid=solid_of(item))
         if item == self.item and self.tracker is None:
             return replace(self, seen_ns=seen_ns)
         noisy_before = self.item.covariance_m2 is not None
         keeps = noisy_before == (item.covariance_m2 is not None)
         return self._seen(seen_ns, item, self.tracker if keeps else None)
+
+    def _is_repeated(self, seen_ns: int, item: WorldObject) -> bool:
+        """Whether it says of the place what is known, and does not say that it was seen again."""
+        if item.seen_ns not in (0, self.item.seen_ns) or measured(item) != measured(self.item):
+            return False
+        if item.seen_ns or item.covariance_m2 is not None:
+            return True
+        return seen_ns - self.seen_ns < REPEATED_NS
 
     def at(self, now_ns: int, source: str) -> SeenObject:
         """Where it is taken to be now."""
@@ -130,6 +144,17 @@ class SourceClock:
             offset_ns = min(offset_ns, self._offset_ns + AGED_PER_S * elapsed_ns)
         self._offset_ns = offset_ns
         return min(now_ns, round(stamp_ns + offset_ns))
+
+
+def measured(item: WorldObject) -> tuple[object, ...]:
+    """What a source measures of an object."""
+    return (
+        item.position_m,
+        item.rotation_rad,
+        item.velocity_m_s,
+        item.covariance_m2,
+        item.vertices_m,
+    )
 
 
 def positive(covariance_m2: Matrix) -> Matrix:

@@ -62,13 +62,14 @@ def noisy_wall(place_m: Vector3) -> Sources:
     """A wall that was seen twice, with noise: it is filtered."""
     sources = Sources()
     for i in (1, 2):
+        now_ns = i * 33 * NS_PER_MS
         wall = WorldObject(
             name="wall",
             shape="box",
             size_m=WALL_M,
             position_m=place_m,
             covariance_m2=(1e-6, 0.0, 0.0, 1e-6, 0.0, 1e-6),
+            seen_ns=now_ns,
         )
-        now_ns = i * 33 * NS_PER_MS
         sources.take(now_ns, Objects(stamp_ns=now_ns, objects=(wall,), source="warm"))
     return sources

@@ -61,7 +61,7 @@ def test_what_is_no_place_changes_nothing(
         ball.move((math.nan, 0.0, 0.0))
     with pytest.raises(ServiceError, match="3 numbers, not 2"):
         ball.move((0.0, 0.0))
-    assert ball.item == BALL
+    assert ball.item.position_m == BALL.position_m
     assert len(published) == 1
 
 
@@ -72,7 +72,18 @@ def test_a_name_is_given_once_and_again_after_its_object_is_gone(shelf: ObjectSh
     ball.remove()
     with pytest.raises(ServiceError, match="object 'ball' has been removed"):
         ball.move((0.0, 0.0, 0.0))
-    assert shelf.add(BALL).item == BALL
+    assert shelf.add(BALL).item.position_m == BALL.position_m
+
+
+def test_an_object_is_stamped_when_it_is_put_moved_or_brought_to_rest_and_else_not() -> None:
+    stamps = iter((100, 200, 300, 400))
+    shelf = ObjectShelf(lambda _: None, lambda: next(stamps))
+    ball, cube = shelf.add(BALL), shelf.add(CUBE)
+    ball.move((0.4, 0.0, 0.0))
+    cube.switch(on=False)
+    assert (ball.item.seen_ns, cube.item.seen_ns) == (300, 200)
+    ball.rest()
+    assert ball.item.seen_ns == 400
 
 
 def test_a_goal_without_a_rotation_leaves_the_hand_to_turn_as_it_likes() -> None:

@@ -34,6 +34,7 @@ BALL = WorldObject(name="ball", shape="sphere", size_m=(0.05,), position_m=(0.1,
         ({"covariance_m2": (-1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4)}, "a negative variance"),
         ({"covariance_m2": (0.36, 0.0, 0.0, 0.0, 0.0, 0.0)}, "a place known to 0.6 m"),
         ({"shape": "mesh", "size_m": ()}, "a mesh has 1 to 100000 vertices_m"),
+        ({"seen_ns": -1}, "seen_ns of -1 is before all time"),
     ],
 )
 def test_an_object_that_is_none_is_refused_by_name(change: dict[str, object], why: str) -> None:

@@ -7,6 +7,8 @@ import pytest
 
 from services.core.clock import NS_PER_MS, NS_PER_S
 from services.core.errors import ConfigError
+from services.fields.client_objects import ObjectShelf, objects_message
+from services.fields.seen import SIGMAS, WIDEST_M, SeenObject, as_obstacle
 from services.fields.sources import Sources, find_object
 from services.fields.tracked import SourceClock
 from services.messages import Objects, Vector3, WorldObject
@@ -148,6 +150,84 @@ def test_what_a_source_sent_is_told_as_it_was_sent() -> None:
     send(sources, 0, item)
     (info,) = sources.info(NS_PER_S)
     assert (info.source, info.objects, info.age_s) == ("eyes", (item,), 1.0)
+
+
+class Client:
+    """One source by the Python client's shelf, on the service's own clock."""
+
+    def __init__(self) -> None:
+        self.now_ns = NS_PER_S
+        self.sources = Sources()
+        self.shelf = ObjectShelf(self._publish, lambda: self.now_ns)
+
+    def _publish(self, items: tuple[WorldObject, ...]) -> None:
+        self.sources.take(self.now_ns, objects_message(self.now_ns, "python", items))
+
+    def seen(self, name: str) -> SeenObject:
+        found = find_object(self.sources.seen(self.now_ns), name)
+        assert found is not None
+        return found
+
+
+NOISY = (1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-4)  # 1 cm
+
+
+def test_two_objects_of_one_client_that_are_moved_in_turn_both_have_their_speed() -> None:
+    client = Client()
+    handles = [client.shelf.add(ball(name, STILL, velocity_m_s=None)) for name in "ab"]
+    for _ in range(60):
+        client.now_ns += 33 * NS_PER_MS
+        for handle in handles:
+            client.now_ns += NS_PER_MS
+            handle.move((0.2 * (client.now_ns / NS_PER_S - 1.0), 0.0, 0.0))
+    speeds = [client.seen(name).velocity_m_s[0] for name in "ab"]
+    assert speeds == pytest.approx([0.2, 0.2], abs=0.01)
+
+
+def test_one_sighting_does_not_get_surer_by_being_published_again() -> None:
+    client = Client()
+    client.shelf.add(ball("once", (0.5, 0.0, 0.0), velocity_m_s=None, covariance_m2=NOISY))
+    other = client.shelf.add(ball("other", STILL))
+    for i in range(300):
+        client.now_ns += 10 * NS_PER_MS
+        other.move((0.0005 * i, 0.0, 0.0))
+    assert client.seen("once").sigma_m >= 0.01
+    assert client.seen("once").age_s == pytest.approx(3.0)
+
+
+def test_what_is_published_again_without_a_stamp_of_its_own_is_no_new_measurement() -> None:
+    sources = Sources()
+    once = ball("once", (0.5, 0.0, 0.0), velocity_m_s=None, covariance_m2=NOISY)
+    exact = ball("exact", STILL, velocity_m_s=None)
+    for i in range(120):  # the exact one comes anew every 40 ms, and in between again
+        now_ns = NS_PER_S + 20 * i * NS_PER_MS
+        if i % 2 == 0:
+            place = (0.2 * i * 0.02, 0.0, 0.0)
+            exact = msgspec.structs.replace(exact, position_m=place)
+        send(sources, now_ns, once, exact)
+    seen = {one.name: one for one in sources.seen(now_ns)}
+    assert seen["once"].sigma_m >= 0.01
+    assert seen["exact"].velocity_m_s[0] == pytest.approx(0.2, abs=0.01)
+
+
+def test_an_exact_object_that_is_sent_to_be_where_it_was_comes_to_rest() -> None:
+    sources = Sources()
+    for i in range(60):
+        now_ns = NS_PER_S + 33 * i * NS_PER_MS
+        place = (0.2 * 0.033 * min(i, 30), 0.0, 0.0)
+        send(sources, now_ns, ball("a", place, velocity_m_s=None))
+    (seen,) = sources.seen(now_ns)
+    assert seen.velocity_m_s[0] == pytest.approx(0.0, abs=0.02)
+    assert seen.lost == ""
+
+
+def test_what_is_switched_off_without_being_seen_again_is_off() -> None:
+    client = Client()
+    handle = client.shelf.add(ball("a", STILL, velocity_m_s=None, covariance_m2=NOISY))
+    client.now_ns += 100 * NS_PER_MS
+    handle.switch(on=False)
+    assert not client.seen("a").on
+    assert client.seen("a").age_s == pytest.approx(0.1)
 
 
 def test_stamps_take_the_jitter_out_of_arrivals() -> None:
