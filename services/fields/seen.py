@@ -89,20 +89,30 @@ def as_obstacle(seen: SeenObject) -> Obstacle:
     """With the margin that its uncertainty asks for, and where it will be."""
     solid = seen.solid
     kept = seen.avoided or Sighting(seen.place_m, seen.velocity_m_s, seen.sigma_m)
-    speed_m_s = math.hypot(*kept.velocity_m_s)
-    if kept.sigma_m == 0.0 and speed_m_s == 0.0:
+    if kept.sigma_m == 0.0 and not any(kept.velocity_m_s):
         return solid
-    surge_m = SURGE_M * min(1.0, speed_m_s / SURGE_FROM_M_S)
-    margin_m = SIGMAS * kept.sigma_m + AHEAD_S * speed_m_s + surge_m
+    centre_m, margin_m = room(kept)
     return Obstacle(
         name=seen.name,
         shape=solid.shape,
         size_m=solid.size_m,
-        position_m=kept.after(AHEAD_S).position_m,
+        position_m=centre_m,
         rotation=solid.rotation,
         velocity_m_s=kept.velocity_m_s,
-        margin_m=min(margin_m, WIDEST_M),
+        margin_m=margin_m,
     )
+
+
+def room(kept: Sighting) -> tuple[Triple, float]:
+    """Where the solid is taken to be in the middle of its way, and the margin that holds the way.
+
+    Where the margin would be too wide the way is cut: the solid where it is now is always inside.
+    """
+    speed_m_s = math.hypot(*kept.velocity_m_s)
+    surge_m = SURGE_M * min(1.0, speed_m_s / SURGE_FROM_M_S)
+    margin_m = min(WIDEST_M, SIGMAS * kept.sigma_m + AHEAD_S * speed_m_s + surge_m)
+    ahead_s = AHEAD_S if AHEAD_S * speed_m_s <= margin_m else margin_m / speed_m_s
+    return kept.after(ahead_s).position_m, margin_m
 
 
 def as_ellipsoid(seen: SeenObject) -> Ellipsoid:

@@ -55,6 +55,13 @@ def test_no_margin_locks_the_hand_in() -> None:
     assert as_obstacle(seen(moving(2.0), sigma_m=0.05)).margin_m == WIDEST_M
 
 
+@pytest.mark.parametrize("speed_m_s", [0.5, 1.3, 2.0, 8.0])
+def test_the_ball_where_it_is_now_is_inside_however_fast_it_is(speed_m_s: float) -> None:
+    obstacle = as_obstacle(seen(moving(speed_m_s), sigma_m=0.001))
+    shift_m = obstacle.position_m[0] - 0.1
+    assert 0.0 < shift_m <= obstacle.margin_m + 1e-12
+
+
 def test_it_is_kept_clear_of_where_the_nimble_filter_has_it() -> None:
     place = Sighting((0.15, 0.2, 0.3), (0.0, 0.2, 0.0), 0.003)
     obstacle = as_obstacle(seen(moving(0.0), sigma_m=0.001, avoided=place))
