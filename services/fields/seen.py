@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dforc import rotation
-from dforc.collision.obstacles import IDENTITY, Obstacle, Rows, Shape, Triple, mesh_bounds
+from dforc.collision.obstacles import IDENTITY, STILL, Obstacle, Rows, Shape, Triple, mesh_bounds
 from dforc.field.force import Ellipsoid
 from services.messages import WorldObject
 
@@ -38,6 +38,15 @@ class Sighting(NamedTuple):
         """The same, moved on."""
         x, y, z = (p + time_s * v for p, v in zip(self.position_m, self.velocity_m_s, strict=True))
         return self._replace(position_m=(x, y, z))
+
+    def given_up(self, time_s: float) -> "Sighting":
+        """What is not seen any more, and may since have gone on as fast to any side.
+
+        The room that is kept for it stays, and grows; its doubt is a third of that.
+        """
+        centre_m, margin_m = room(self)
+        grown_m = min(WIDEST_M, margin_m + time_s * math.hypot(*self.velocity_m_s))
+        return Sighting(centre_m, STILL, grown_m / SIGMAS)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

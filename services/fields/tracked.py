@@ -70,14 +70,16 @@ class TrackedObject:
         avoided = None if self.tracker is None else self._predicted(ahead_s, avoided=True)
         lost = ""
         if age_s > PREDICTED_S:
-            speed_m_s = math.hypot(*place.velocity_m_s)
+            speed_m_s, since_s = math.hypot(*place.velocity_m_s), 0.0
             if not self.believed:
-                place = place._replace(position_m=self.solid.position_m)
+                place = place._replace(position_m=self.solid.position_m, velocity_m_s=STILL)
                 avoided = None
             elif speed_m_s > MOVING_M_S:
                 lost = f"last seen {age_s:.1f} s ago, at {speed_m_s:.2f} m/s"
-            place = place._replace(velocity_m_s=STILL)
-            avoided = None if avoided is None else avoided._replace(velocity_m_s=STILL)
+                since_s = age_s - PREDICTED_S
+            avoided = (avoided or place).given_up(since_s)
+            sigma_m = max(place.sigma_m, avoided.sigma_m) if lost else place.sigma_m
+            place = place._replace(velocity_m_s=STILL, sigma_m=sigma_m)
         solid = self.solid
         if (place.position_m, place.velocity_m_s) != (solid.position_m, solid.velocity_m_s):
             solid = replace(solid, position_m=place.position_m, velocity_m_s=place.velocity_m_s)

@@ -135,6 +135,45 @@ def test_an_object_in_motion_goes_on_for_a_moment_and_is_then_lost() -> None:
     assert late.lost == "last seen 2.0 s ago, at 0.20 m/s"
 
 
+def extent_m(seen: SeenObject) -> tuple[float, float]:
+    """What is kept clear of along x."""
+    obstacle = as_obstacle(seen)
+    half_m = obstacle.size_m[0] + obstacle.margin_m
+    return obstacle.position_m[0] - half_m, obstacle.position_m[0] + half_m
+
+
+@pytest.mark.parametrize("speed_m_s", [0.1, 0.35, 2.0])
+def test_the_room_around_what_is_lost_grows_from_what_it_was_and_never_shrinks(
+    speed_m_s: float,
+) -> None:
+    sources = Sources()
+    send(sources, 0, ball("a", STILL, velocity_m_s=(speed_m_s, 0.0, 0.0)))
+    extents = []
+    for after_ms in (300, 301, 310, 400, 1000, 10_000):
+        (seen,) = sources.seen(after_ms * NS_PER_MS)
+        assert bool(seen.lost) == (after_ms > 300)
+        extents.append(extent_m(seen))
+    rear = [round(low, 9) for low, _ in extents]
+    front = [round(high, 9) for _, high in extents]
+    assert rear == sorted(rear, reverse=True)
+    assert front == sorted(front)
+    assert front[1] - front[0] < 0.0025  # 1 ms at up to 2 m/s
+    assert front[-1] - rear[-1] == pytest.approx(2 * (0.05 + WIDEST_M))
+    assert seen.sigma_m == pytest.approx(WIDEST_M / SIGMAS)
+
+
+def test_the_room_around_what_hardly_moved_when_it_was_last_seen_stays_as_it_was() -> None:
+    sources = Sources()
+    send(sources, 0, ball("a", STILL, velocity_m_s=(0.015, 0.0, 0.0)))
+    extents = []
+    for after_ms in (300, 310, 10_000):
+        (seen,) = sources.seen(after_ms * NS_PER_MS)
+        assert seen.lost == ""
+        extents.append(extent_m(seen))
+    assert extents[1] == pytest.approx(extents[0])
+    assert extents[2] == extents[1]
+
+
 def test_a_source_is_forgotten_and_an_unknown_one_is_an_error() -> None:
     sources = Sources()
     send(sources, 0, ball("a", STILL), ball("b", STILL))
