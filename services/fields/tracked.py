@@ -25,7 +25,8 @@ EXACT_SIGMA_M = 0.001  # of positions from which a velocity is estimated
 # taken to stand only if it does so for longer than a camera's period.
 REPEATED_NS = 50 * NS_PER_MS
 SMALLEST_VARIANCE_M2 = 1e-10
-AGED_PER_S = 1e-4  # drift of a sender's clock against ours, at most
+AGED_PER_S = 1e-4  # drift of a sender's clock against ours, at most; of most clocks, that is
+LATEST_NS = 100 * NS_PER_MS  # that a message may be under way: else its clock is slower than that
 STILL: Triple = (0.0, 0.0, 0.0)
 
 
@@ -144,6 +145,8 @@ class SourceClock:
         offset_ns = float(now_ns - stamp_ns)
         if self._offset_ns is not None:
             offset_ns = min(offset_ns, self._offset_ns + AGED_PER_S * elapsed_ns)
+        if now_ns - (stamp_ns + offset_ns) > LATEST_NS:
+            offset_ns = float(now_ns - stamp_ns)
         self._offset_ns = offset_ns
         return min(now_ns, round(stamp_ns + offset_ns))
 

@@ -282,6 +282,19 @@ def test_stamps_take_the_jitter_out_of_arrivals() -> None:
     assert steps == {10.0}
 
 
+@pytest.mark.parametrize("rate", [1.0, 1.0 - 2e-4, 0.99, 0.9])
+def test_a_sender_s_slower_clock_makes_its_messages_no_older_than_a_tenth_of_a_second(
+    rate: float,
+) -> None:
+    clock = SourceClock()
+    oldest_ns = 0
+    for i in range(12_000):  # 20 min
+        now_ns = 100 * NS_PER_S + i * 100 * NS_PER_MS
+        made_ns = clock.time_ns(now_ns, round(50 * NS_PER_S + rate * i * 100 * NS_PER_MS))
+        oldest_ns = max(oldest_ns, now_ns - made_ns)
+    assert oldest_ns <= 100 * NS_PER_MS
+
+
 def test_stamps_that_stand_still_are_no_clock() -> None:
     clock = SourceClock()
     assert clock.time_ns(1000, 0) == 1000
