@@ -138,11 +138,16 @@ class PreviewJob:
 
 
 def moved_on(seen: tuple[SeenObject, ...], t_s: float) -> tuple[SeenObject, ...]:
-    """Objects where they will be if they go on as they move now."""
+    """Objects where they will be if they go on as they move now, by their smooth estimate.
+
+    What is quick to be believed for the next tenth of a second shakes, and would carry far.
+    """
     moved = []
     for one in seen:
         place = Sighting(one.place_m, one.velocity_m_s, one.sigma_m).after(t_s)
-        avoided = None if one.avoided is None else one.avoided.after(t_s)
+        avoided = None
+        if one.avoided is not None:
+            avoided = one.avoided._replace(velocity_m_s=one.velocity_m_s).after(t_s)
         solid = replace(one.solid, position_m=place.position_m)
         moved.append(replace(one, solid=solid, avoided=avoided))
     return tuple(moved)
