@@ -1,4 +1,4 @@
-"""Distances of hands' points from the surfaces of objects."""
+"""Distances of hands' points from the surfaces of objects, where these are now."""
 
 import numpy as np
 
@@ -30,12 +30,12 @@ def surface_distances(hands: tuple[HandPoint, ...], around: Surroundings) -> lis
                     world.kinds[i],
                     world.sizes[i],
                     world.rotations[i],
-                    world.centres[i],
+                    np.array(seen.place_m),
                     hand.position_m,
                     normal,
                 )
             )
             for hand in hands
         )
-        for i in range(len(around.obstacles))
+        for i, seen in enumerate(around.obstacles)
     ]

@@ -13,9 +13,10 @@ from dforc.arrays import Vector
 from dforc.collision.body import Body
 from dforc.limits import JointLimits
 from dforc.virtual_arm.arm import VirtualArm
-from dforc.virtual_arm.goals import ArmOutput, TipGoal
+from dforc.virtual_arm.goals import ArmOutput, ArmState, TipGoal
 from dforc.virtual_arm.params import ArmParams
 from services.core.errors import ServiceError
+from services.fields.arm_clearance import ArmClearance
 from services.fields.limbs import FieldLimb
 from services.fields.mode import PERIOD_S, Goals, HandGoal, HandPoint, Motion, Start, Surroundings
 from services.reaching.messages import TipOffset
@@ -35,6 +36,7 @@ class UlnaMode:
         self._frames = frames
         self._plain = body
         self._body = with_offsets(body, frames, limb.setup.tip_offsets)
+        self._clearance = ArmClearance(self._body, limb.shape.joints)
         self._gains = dict(gains)
         self._params = arm_params(gains)
         self.budget = self._params.goal_tries + self._params.planner_states
@@ -69,13 +71,13 @@ class UlnaMode:
         if not self._has_begun:
             raise ServiceError("mode ulna has not begun")
         asked = None if goals is None else [_tip_goal(goal) for goal in goals]
+        q_rad = self._arm.q_rad  # that the distances are of
         output = self._arm.step(
             asked, around.world, around.body_rad, around.body_rad_s, PERIOD_S, lag_m
         )
         self._output = output
-        nearest = output.nearest
-        if output.nearest_obstacle >= 0:
-            nearest = (nearest[0], around.obstacles[output.nearest_obstacle].name)
+        clearance_m, nearest = self._told(output, q_rad, around)
+        state, reason = _with_contact(output, clearance_m, nearest, around)
         return Motion(
             hands=tuple(
                 HandPoint(
@@ -83,16 +85,27 @@ class UlnaMode:
                 )
                 for tip in output.tips
             ),
-            state=str(output.state),
-            reason=output.reason,
+            state=str(state),
+            reason=reason,
             q_rad=output.q_rad,
             dq_rad_s=output.dq_rad_s,
-            clearance_m=output.clearance_m,
+            clearance_m=clearance_m,
             nearest=nearest,
             iterations=output.iterations,
             nodes=output.nodes,
             held=output.held,
         )
+
+    def _told(
+        self, output: ArmOutput, q_rad: Vector, around: Surroundings
+    ) -> tuple[float, tuple[str, str]]:
+        """Clearance and between what: of the objects themselves, whatever room they have."""
+        if around.world.margins.any():
+            return self._clearance.of(q_rad, around, self._params.reach_m)
+        capsule, other = output.nearest
+        if output.nearest_obstacle >= 0:
+            other = around.obstacles[output.nearest_obstacle].name
+        return output.clearance_m, (capsule, other)
 
     def _made(self, q_rad: Vector, dq_rad_s: Vector | None) -> VirtualArm:
         """An arm that is there, at these speeds."""
@@ -112,6 +125,21 @@ class UlnaMode:
     def forces(self, goals: Goals | None, around: Surroundings) -> dict[str, float]:  # noqa: ARG002
         """None: it works with speeds."""
         return {}
+
+
+def _with_contact(
+    output: ArmOutput, clearance_m: float, nearest: tuple[str, str], around: Surroundings
+) -> tuple[ArmState, str]:
+    """State and reason; what the arm is inside of counts before all else."""
+    capsule, other = nearest
+    if clearance_m < 0.0:
+        state = ArmState.WAITING if output.state is ArmState.ARRIVED else output.state
+        return state, f"{capsule} is {-1e3 * clearance_m:.0f} mm inside {other}"
+    if output.clearance_m < 0.0 and output.nearest_obstacle >= 0:
+        capsule, other = output.nearest[0], around.obstacles[output.nearest_obstacle].name
+        depth_mm = -1e3 * output.clearance_m
+        return output.state, f"{capsule} is {depth_mm:.0f} mm inside the room kept around {other}"
+    return output.state, output.reason
 
 
 def arm_params(gains: Mapping[str, float]) -> ArmParams:

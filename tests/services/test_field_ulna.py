@@ -97,6 +97,37 @@ def test_a_goal_inside_an_obstacle_is_unreachable_and_the_point_waits_outside(
     assert stand.told().state == "arrived"
 
 
+def test_room_kept_around_a_ball_that_moves_is_told_apart_from_the_ball(
+    stand: FollowedStand,
+) -> None:
+    stand.send(stand.goal(-0.05, 0.0, 0.0))
+    stand.run(3.0)
+    place = stand.beside(-0.05, 0.0, 0.10)
+    stand.see(ball("ball", place, 0.03))
+    still = stand.told()
+    assert (still.state, still.nearest[1]) == ("arrived", "ball")
+    stand.see(ball("ball", place, 0.03, velocity_m_s=(0.0, 0.0, -0.6)))
+    stand.run(5 * PERIOD_S)
+    coming = stand.bench.last(FIELD_STATUS)
+    # 4 periods at 0.6 m/s are 24 mm, and the arm has got out of the way by about as much
+    assert still.clearance_m == pytest.approx(0.05, abs=0.005)
+    assert coming.clearance_m == pytest.approx(still.clearance_m, abs=0.01)
+    assert coming.state != "arrived"
+    assert "mm inside the room kept around ball" in coming.reason
+
+
+def test_an_arm_inside_a_ball_is_said_to_be_inside_the_ball(stand: FollowedStand) -> None:
+    stand.send(stand.goal(-0.05, 0.0, 0.0))
+    stand.run(3.0)
+    place = stand.beside(-0.05, 0.0, 0.0)
+    stand.see(ball("ball", place, 0.08, velocity_m_s=(0.0, 0.0, -0.1)))
+    stand.run(5 * PERIOD_S)
+    status = stand.bench.last(FIELD_STATUS)
+    assert status.clearance_m < 0.0
+    assert status.state != "arrived"
+    assert status.reason.endswith("mm inside ball")
+
+
 def test_a_goal_beyond_all_reach_is_told_at_once_and_the_hand_goes_as_near_as_it_can(
     stand: FollowedStand,
 ) -> None:
