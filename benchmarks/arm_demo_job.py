@@ -4,6 +4,7 @@ What the stack is told of the ball is noisy and comes at a camera's rate; what i
 the ball and the plant truly were.
 """
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -49,6 +50,14 @@ class Shown:
     last: tuple[int, int] | None = None  # judged motion: both must go on alike
     faults: tuple[str, ...] = ()  # that the HAL met by itself, such as a joint near its limit
     failure: str = ""
+
+    @property
+    def problem(self) -> str:
+        """Why the run says nothing of the demo; empty where it does."""
+        if self.failure:
+            return self.failure
+        was_judged = math.isfinite(self.verdict.obstacle.distance_m)
+        return "" if was_judged else "nothing was judged: the plant told of no posture"
 
     @property
     def realtime(self) -> float:
