@@ -54,9 +54,9 @@ def dforc_fig6(
 ) -> int:
     """Figure 6: a hand follows a moving ball past a descending one, both seen with noise.
 
-    With the paper's field and constants, and with this project's on the same runs; behind the
-    virtual point an arm that does what the Cartesian controller says, then the emulated robot's
-    boards in virtual time, which takes some minutes.
+    By the paper's field with its constants, and by the better point on the same runs; behind each
+    an arm that does what the Cartesian controller says. Then, in modes dforc and ulna, on the
+    emulated robot's boards in virtual time, which takes some minutes.
 
     Example: ulna experiment dforc-fig6 --seed 3 --plot trails.png
 

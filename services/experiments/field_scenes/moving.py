@@ -1,7 +1,8 @@
-"""A bare point follows a ball past another that falls: the better field and the paper's.
+"""A bare point follows a ball past another that falls: the better point's law and the paper's.
 
-Both are told the same noisy places every 10 ms. The better field filters them; the paper's takes
-them as they are. The obstacle that counts for a touch is the true one.
+Both are told the same noisy places every 10 ms. The better point filters them; the paper's takes
+them as they are. Neither is mode ulna, which moves an arm. The obstacle that counts for a touch is
+the true one.
 """
 
 from collections.abc import Sequence
@@ -101,7 +102,7 @@ class MovingRunner:
         self._paper = paper or FieldParams()
 
     def field(self, scene: MovingScene, noise_m: float = NOISE_M, obstacle: bool = True) -> Array:
-        """Places of the point in the better field."""
+        """Places of the better point."""
         put(self._point, scene.target_m[0], np.zeros(3))
         x, y, z = scene.seen_obstacle_m[0].tolist()
         if not obstacle:

@@ -8,12 +8,15 @@ import pytest
 from services.config import load_robot
 from services.experiments.cartesian.arm import Arm
 from services.experiments.field_figures.fig6 import (
+    BETTER,
     DFORC,
+    EXPLANATION,
     LIMB,
     ROBOT,
-    ULNA,
+    Run,
     both_fields,
     dforc_fig6,
+    figure_rows,
 )
 from services.experiments.field_figures.fig6_arm import PerfectArm
 from services.experiments.field_figures.fig6_draw import fig6_scene
@@ -25,10 +28,22 @@ def test_the_hand_follows_a_still_point_to_where_it_is() -> None:
     np.testing.assert_allclose(hand, np.tile(start, (20, 1)), atol=1e-3)
 
 
+def test_a_bare_point_is_not_called_by_the_mode_that_moves_an_arm() -> None:
+    scene = fig6_scene(np.random.default_rng(0))
+    run = Run(scene, scene.target_m, scene.target_m)
+    names = {row.name.partition(":")[0] for row in figure_rows(BETTER, [run])}
+    assert names == {"better point", "better point, hand"}
+    assert "not mode ulna" in EXPLANATION
+    ours = [row.bar for row in figure_rows("ulna on boards", [run])]
+    assert ours == [row.bar for row in figure_rows(BETTER, [run])]
+    assert "<= 0" in ours
+    assert {row.bar for row in figure_rows(DFORC, [run])} == {""}
+
+
 @pytest.mark.slow
 def test_both_fields_see_the_same_balls() -> None:
     found = both_fields(5, 1, lambda _: None)
-    paper, ours = found[DFORC][0], found[ULNA][0]
+    paper, ours = found[DFORC][0], found[BETTER][0]
     assert paper.scene is ours.scene
     assert ours.measured[1].clearance_m > 0.0
     assert ours.measured[1].final_m < 0.005
