@@ -21,8 +21,8 @@ def dforc_scenes(
 
     1, 2, 5 and 10 balls at random; head-on, cusp, wall, ring and cup; then a goal that is switched,
     a ball that passes, the other arm at work, a cage around the goal, and both arms at once. An
-    independent referee judges every posture, and five between each two. All of it takes about half
-    an hour on two cores.
+    independent referee judges every posture, and four between two wherever it may matter. All of
+    it takes about half an hour on two cores.
 
     Example: ulna experiment dforc-scenes --level arm --scenes 20 --plot scenes.png
 

@@ -35,10 +35,11 @@ CHANGE_LAWS = ("dforc", "ulna")
 
 EXPLANATION = """\
 Whole arm: right arm and torso, 10 joints (both arms: 17); postures are executed as they come, every
-10 ms, and judged five times from one to the next by pinocchio and coal, never by the law's own
-distances. A feasible scene has a posture at the goal that is clear of everything by 15 mm; whether
-a way leads there is not known. dforc and pmp B are the papers' laws with the papers' constants;
-notes: figures of the literature notes, of other scenes and three capsules, obstacles only."""
+10 ms, and judged, with four between two wherever it may matter, by pinocchio and coal, never by the
+law's own distances. A feasible scene has a posture at the goal that is clear of everything by 15
+mm; whether a way leads there is not known. dforc and pmp B are the papers' laws with the papers'
+constants; notes: figures of the literature notes, of other scenes and three capsules, obstacles
+only."""
 
 
 def dforc_scenes(
