@@ -13,8 +13,9 @@ reason; docs/fields.md has every call.
 import functools
 
 from services.core.awaitable import AwaitableClient, awaitable
-from services.fields.client_blocking import SOURCE, BlockingFieldControl
+from services.fields.client_blocking import SOURCE, WAIT_S, BlockingFieldControl
 from services.fields.client_objects import ObjectHandle
+from services.fields.client_status import Wanted
 from services.fields.messages import FieldInfo, FieldStatus, Preview
 from services.reaching.client_types import RequestRefusedError, WaitTimeoutError
 
@@ -45,7 +46,6 @@ class FieldControl(AwaitableClient[BlockingFieldControl]):
     add_object = awaitable(BlockingFieldControl.add_object)
     forget = awaitable(BlockingFieldControl.forget)
     status = awaitable(BlockingFieldControl.status)
-    wait_for = awaitable(BlockingFieldControl.wait_for)
 
     def __init__(
         self, stack: str = "icub", source: str = SOURCE, *, keep_objects: bool = False
@@ -54,3 +54,8 @@ class FieldControl(AwaitableClient[BlockingFieldControl]):
         super().__init__(
             functools.partial(BlockingFieldControl, stack, source, keep_objects=keep_objects)
         )
+
+    async def wait_for(self, *states: str, goal: int = 0, timeout_s: float = WAIT_S) -> FieldStatus:
+        """As of BlockingFieldControl; nothing goes on waiting where this is cancelled."""
+        wanted = Wanted.checked(states, goal)
+        return await (await self.ready()).heard.wait_awaited(wanted, timeout_s)

@@ -1,28 +1,21 @@
 """The field of a running stack, from Python, by calls that return when they have been heard."""
 
 import contextlib
-import threading
 from collections.abc import Sequence
 
 from dforc.arrays import ArrayLike
-from services.core.clock import NS_PER_S
 from services.core.connection import StackConnection
 from services.core.errors import CallFailedError, ServiceError
 from services.fields.client_objects import ObjectHandle, ObjectShelf, objects_message, triple
 from services.fields.client_questions import FieldQuestions
-from services.fields.messages import (
-    STATES,
-    FieldReply,
-    FieldRequest,
-    FieldStatus,
-)
+from services.fields.client_status import StatusWatch, Wanted
+from services.fields.messages import FieldReply, FieldRequest, FieldStatus
 from services.messages import Floats, Vector3, WorldObject
 from services.reaching.client_settings import as_vector
-from services.reaching.client_types import Rotation, WaitTimeoutError
+from services.reaching.client_types import Rotation
 from services.streams import FIELD_CALL, FIELD_STATUS, OBJECTS
 
 WAIT_S = 30.0  # unless told otherwise: nobody waits for ever
-FIRST_S = 3.0  # for a status
 SOURCE = "python"
 STILL: Vector3 = (0.0, 0.0, 0.0)
 
@@ -48,9 +41,9 @@ class BlockingFieldControl(StackConnection, FieldQuestions):
         self._source = source
         self._keep_objects = keep_objects
         self._shelf = ObjectShelf(self.publish)
-        self._heard = threading.Condition()
-        self._newest: FieldStatus | None = None
-        self.bus.listen(FIELD_STATUS, self._hear)
+        self._has_published = False
+        self.heard = StatusWatch(stack, self.clock)
+        self.bus.listen(FIELD_STATUS, self.heard.hear)
 
     def add_object(
         self,
@@ -97,6 +90,7 @@ class BlockingFieldControl(StackConnection, FieldQuestions):
 
     def publish(self, items: tuple[WorldObject, ...]) -> None:
         """Take the place of all that this client's source has sent; `add_object` does so, too."""
+        self._has_published = bool(items)
         self.bus.put(OBJECTS, objects_message(self.clock.now_ns(), self._source, items))
 
     def status(self) -> FieldStatus:
@@ -105,11 +99,7 @@ class BlockingFieldControl(StackConnection, FieldQuestions):
         Raises:
             ServiceError: none comes.
         """
-        with self._heard:
-            if self._heard.wait_for(lambda: self._newest is not None, FIRST_S):
-                assert self._newest is not None
-                return self._newest
-        raise self._silence()
+        return self.heard.newest()
 
     def next_status(self) -> FieldStatus:
         """The next one to come.
@@ -117,12 +107,7 @@ class BlockingFieldControl(StackConnection, FieldQuestions):
         Raises:
             ServiceError: none comes.
         """
-        with self._heard:
-            before = self._newest
-            if self._heard.wait_for(lambda: self._newest is not before, FIRST_S):
-                assert self._newest is not None
-                return self._newest
-        raise self._silence()
+        return self.heard.following()
 
     def wait_for(self, *states: str, goal: int = 0, timeout_s: float = WAIT_S) -> FieldStatus:
         """Wait until the field is in one of the states, `arrived` by default.
@@ -136,30 +121,11 @@ class BlockingFieldControl(StackConnection, FieldQuestions):
             WaitTimeoutError: it is in another; the text says which, and why.
             ServiceError: no such state, or the field is silent.
         """
-        wanted = states or ("arrived",)
-        for state in wanted:
-            if state not in STATES:
-                raise ServiceError(f"no state {state!r}; there are {', '.join(STATES)}")
-        begun_ns = self.clock.now_ns()
-
-        def is_there() -> bool:
-            newest = self._newest
-            if newest is None or newest.last_goal < goal:
-                return False
-            return newest.state in wanted
-
-        with self._heard:
-            if self._heard.wait_for(is_there, timeout_s) and self._newest is not None:
-                return self._newest
-            newest = self._newest
-        if newest is None or newest.stamp_ns < begun_ns - NS_PER_S:
-            raise self._silence()
-        why = f": {newest.reason}" if newest.reason else ""
-        raise WaitTimeoutError(f"after {timeout_s:g} s the field is {newest.state}{why}")
+        return self.heard.wait(Wanted.checked(states, goal), timeout_s)
 
     def close(self) -> None:
         """Leave the bus. What moves goes on moving."""
-        if self._shelf.take_all() and not self._keep_objects:
+        if (self._shelf.take_all() or self._has_published) and not self._keep_objects:
             with contextlib.suppress(ServiceError):  # the stack may have gone first
                 self.forget(self._source)
         super().close()
@@ -169,17 +135,5 @@ class BlockingFieldControl(StackConnection, FieldQuestions):
             return self.call(FIELD_CALL, request)
         except CallFailedError as error:
             if "field" not in self.bus.alive():
-                raise self._silence() from error
+                raise self.heard.silence() from error
             raise
-
-    def _silence(self) -> ServiceError:
-        return ServiceError(
-            f"no field process in stack {self.stack!r}: it is still starting, its parts make up "
-            "no limb, or it has ended; see `ulna up`'s log"
-        )
-
-    def _hear(self, status: FieldStatus) -> None:
-        """Runs in a thread of Zenoh's."""
-        with self._heard:
-            self._newest = status
-            self._heard.notify_all()
