@@ -26,7 +26,7 @@ EXACT_SIGMA_M = 0.001  # of positions from which a velocity is estimated
 REPEATED_NS = 50 * NS_PER_MS
 SMALLEST_VARIANCE_M2 = 1e-10
 AGED_PER_S = 1e-4  # drift of a sender's clock against ours, at most; of most clocks, that is
-LATEST_NS = 100 * NS_PER_MS  # that a message may be under way: else its clock is slower than that
+LATEST_NS = 100 * NS_PER_MS  # what is later than this, for longer, comes by a slower clock
 STILL: Triple = (0.0, 0.0, 0.0)
 
 
@@ -135,6 +135,7 @@ class SourceClock:
     def __init__(self) -> None:
         self._stamp_ns = 0
         self._offset_ns: float | None = None
+        self._late_ns: int | None = None  # since when messages come later than they may
 
     def time_ns(self, now_ns: int, stamp_ns: int) -> int:
         """When a message was made, at the latest now."""
@@ -145,8 +146,12 @@ class SourceClock:
         offset_ns = float(now_ns - stamp_ns)
         if self._offset_ns is not None:
             offset_ns = min(offset_ns, self._offset_ns + AGED_PER_S * elapsed_ns)
-        if now_ns - (stamp_ns + offset_ns) > LATEST_NS:
-            offset_ns = float(now_ns - stamp_ns)
+        if now_ns - (stamp_ns + offset_ns) <= LATEST_NS:
+            self._late_ns = None
+        elif self._late_ns is None:
+            self._late_ns = now_ns
+        elif now_ns - self._late_ns > LATEST_NS:
+            offset_ns, self._late_ns = float(now_ns - stamp_ns), None
         self._offset_ns = offset_ns
         return min(now_ns, round(stamp_ns + offset_ns))
 
