@@ -310,3 +310,20 @@ def test_stamps_that_stand_still_are_no_clock() -> None:
     clock = SourceClock()
     assert clock.time_ns(1000, 0) == 1000
     assert clock.time_ns(2000, 0) == 2000
+
+
+@pytest.mark.parametrize("rate_hz", [30.0, 100.0])
+def test_an_exact_object_that_falls_is_kept_clear_of_at_its_speed(rate_hz: float) -> None:
+    sources = Sources()
+    shares = []
+    for k in range(round(0.6 * rate_hz)):
+        t_s = k / rate_hz
+        fallen = ball("a", (0.0, 0.0, 1.0 - 4.905 * t_s**2), velocity_m_s=None)
+        now_ns = round(t_s * NS_PER_S) + NS_PER_S
+        sources.take(now_ns, Objects(stamp_ns=now_ns, source="eyes", objects=(fallen,)))
+        (seen,) = sources.seen(now_ns)
+        assert seen.avoided is not None
+        if t_s > 0.15:
+            shares.append(-seen.avoided.velocity_m_s[2] / (9.81 * t_s))
+    assert min(shares) > 0.5
+    assert sorted(shares)[len(shares) // 2] > 0.85
