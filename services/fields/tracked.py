@@ -123,7 +123,7 @@ class TrackedObject:
         if self.item.covariance_m2 is not None:
             x, y, z = state.position_m.tolist()
             return Sighting((x, y, z), (u, v, w), state.sigma_m)
-        # An exact place is believed at once; its speed is that of before until another sample agrees.
+        # An exact place is believed at once; its speed not before another sample agrees.
         moves = self.believed or avoided
         return Sighting(sent_m, (u, v, w) if moves else STILL, 0.0).after(ahead_s)
 
