@@ -17,7 +17,7 @@ from dforc.quadratic_kernel import solve_quadratic
 
 QP_ROOM_ROWS = 7
 MISS_WEIGHT = 1e9  # (m/s)^-2 of speed by which the surfaces are missed, against 1e4 of the hand's
-LIMIT_1_S = 4.0  # largest speed towards a limit, over the distance left
+LIMIT_1_S = 12.0  # largest speed towards a limit, over the distance left
 RETURN_RAD_S = 0.3  # fastest way back inside of a limit
 AS_WANTED, FASTER, EASED, MISSED, STOPPED = 0, 1, 2, 3, 4  # how an answer came about
 
